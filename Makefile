@@ -1,0 +1,138 @@
+# twinmesh. `make` builds build/release/twinmesh; `make demo` and `make check` also install what they miss.
+#
+#   config=release|debug|asan|tsan|coverage   CC=clang CXX=clang++   werror=1   PREFIX=/usr/local DESTDIR=
+
+config ?= release
+PREFIX ?= /usr/local
+DESTDIR ?=
+VERSION = 0.1
+ifeq ($(origin CC),default)
+CC = gcc
+endif
+ifeq ($(origin CXX),default)
+CXX = g++
+endif
+
+# What Debian 12 must have: to build, and to check.
+BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libtbb-dev libimath-dev libtinygltf-dev
+CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats mandoc
+
+FLAGS_release = -O3 -DNDEBUG
+FLAGS_debug = -O0 -g
+FLAGS_asan = -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined
+FLAGS_tsan = -O1 -g -fsanitize=thread
+FLAGS_coverage = -O0 -g --coverage
+FLAGS := $(FLAGS_$(config))
+ifeq ($(FLAGS),)
+$(error config=$(config): one of release, debug, asan, tsan, coverage is wanted)
+endif
+
+# No contraction and no fast-math: the same bytes from every compiler and level.
+COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -D_POSIX_C_SOURCE=200809L -pthread \
+	$(if $(filter 1,$(werror)),-Werror) -DTWINMESH_VERSION='"$(VERSION)"' -Isrc -MMD -MP
+ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
+# The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
+ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
+LIBS = -lopenvdb -ltbb -lImath -ltinygltf -lm
+
+B = build/$(config)
+OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))
+MAIN = $(B)/src/cli/main.c.o
+LIB = $(B)/libtwinmesh.a
+TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(B)/tests/volume_to_mesh.d
+
+all: $(B)/twinmesh
+
+$(B)/twinmesh: $(MAIN) $(LIB)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(MAIN) $(LIB) $(LIBS)
+
+$(LIB): $(filter-out $(MAIN),$(OBJECTS)) $(B)/files
+	@rm -f $@
+	ar qcs $@ $(filter %.o,$^)
+
+$(B)/%.c.o: %.c $(B)/flags
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -c -o $@ $<
+
+$(B)/%.cpp.o: %.cpp $(B)/flags
+	@mkdir -p $(@D)
+	$(CXX) $(ALL_CXXFLAGS) -c -o $@ $<
+
+$(B)/tests/test_%: tests/unit/test_%.c $(LIB) $(B)/flags
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -MF $@.d -c -o $@.o $<
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka $(LIBS)
+
+$(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
+	@mkdir -p $(@D)
+	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $<
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka $(LIBS)
+
+$(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
+	@mkdir -p $(@D)
+	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
+
+# Two files that change only when what they hold does: the compile commands, and the list of objects.
+define write_if_changed
+	@mkdir -p $(@D)
+	@printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
+endef
+$(B)/flags: FORCE
+	$(call write_if_changed,$(CC) $(ALL_CFLAGS) $(CXX) $(ALL_CXXFLAGS))
+$(B)/files: FORCE
+	$(call write_if_changed,$(OBJECTS))
+
+# --- the two commands -----------------------------------------------------------------------------
+
+deps:
+	@.ci/deps $(CHECK_PACKAGES)
+
+demo:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory all
+	@tests/demo.sh $(B)/twinmesh
+
+check: deps
+	+@$(MAKE) --no-print-directory check-build
+	@tests/check.sh $(B)
+
+check-build: all $(TESTS)
+
+bench:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
+	@tests/bench/bench.sh $(B)
+
+layers:
+	@tests/layers.sh
+	@tests/headers.sh
+
+# The golden hashes again with the other compiler and without optimisation; UPDATE=1 writes them anew.
+golden: all
+	@tests/golden/golden.sh $(B)/twinmesh
+
+golden-builds:
+	+@$(MAKE) --no-print-directory all config=debug
+	@tests/golden/golden.sh --quick build/debug/twinmesh
+	+@$(MAKE) --no-print-directory all B=build/clang CC=clang CXX=clang++
+	@tests/golden/golden.sh --quick build/clang/twinmesh
+
+# --- the rest -------------------------------------------------------------------------------------
+
+MAN = $(DESTDIR)$(PREFIX)/share/man/man1
+install: all
+	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)
+	install -m 755 $(B)/twinmesh $(DESTDIR)$(PREFIX)/bin/twinmesh
+	install -m 644 man/*.1 $(MAN)
+
+uninstall:
+	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/%,$(wildcard man/*.1))
+
+clean:
+	rm -rf build
+
+.PHONY: all deps demo check check-build bench layers golden golden-builds install uninstall clean FORCE
+.DELETE_ON_ERROR:
+.SECONDARY:
+-include $(DEPENDS)

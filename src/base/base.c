@@ -1,0 +1,52 @@
+#include "base/base.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void assert_failed(const char *what, const char *file, int line)
+{
+    fprintf(stderr, "twinmesh: a mistake in the program at %s:%d: %s\n", file, line, what);
+    abort();
+}
+
+bool fail(Err *err, ErrCode code, const char *fmt, ...)
+{
+    va_list args;
+    va_start(args, fmt);
+    err->code = code;
+    vsnprintf(err->text, sizeof err->text, fmt, args);
+    va_end(args);
+    return false;
+}
+
+static void *must(void *p, size_t count, size_t size)
+{
+    if (p) return p;
+    fprintf(stderr, "twinmesh: out of memory (%zu items of %zu bytes were wanted)\n", count, size);
+    exit(ERR_RESOURCE);
+}
+
+void *mem_alloc(size_t count, size_t size) { return mem_resize(NULL, count, size); }
+
+void *mem_zero(size_t count, size_t size)
+{
+    if (count == 0) count = 1;
+    return must(calloc(count, size), count, size);
+}
+
+void *mem_resize(void *old, size_t count, size_t size)
+{
+    size_t bytes;
+    if (__builtin_mul_overflow(count, size, &bytes)) must(NULL, count, size);
+    return must(realloc(old, bytes ? bytes : 1), count, size);
+}
+
+void mem_free(void *p) { free(p); }
+
+char *mem_text(const char *s)
+{
+    size_t n = strlen(s) + 1;
+    return memcpy(mem_alloc(n, 1), s, n);
+}

@@ -1,0 +1,61 @@
+/* options.h: the table of options (options.def) and its parser.
+ *
+ * GNU manners: --name VALUE, --name=VALUE, -o VALUE, -oVALUE, flags joined (-qv), `--` ends options, `-` is an
+ * operand. A mistake is one sentence with the option, the value and what is allowed; ERR_USAGE. */
+#pragma once
+#include "base/base.h"
+#include <stdio.h>
+
+typedef enum OptionKind {
+    OPTION_FLAG, OPTION_TEXT, OPTION_REAL, OPTION_INT, OPTION_CHOICE, OPTION_LIST, OPTION_LENGTH, OPTION_REALS3,
+    OPTION_INTS3, OPTION_LATER
+} OptionKind;
+
+typedef enum OptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) OPT_##id,
+#include "cli/options.def"
+    OPTION_COUNT
+} OptionId;
+
+typedef struct OptionSpec {
+    char letter;
+    const char *name;
+    OptionKind kind;
+    const char *argument;     /* NULL: takes none */
+    const char *fallback;     /* NULL: none */
+    double low, high;
+    const char *choices;      /* "a|b|c" */
+    bool echo;
+    const char *help;
+} OptionSpec;
+
+extern const OptionSpec option_table[OPTION_COUNT];
+
+typedef struct OptionValue {
+    bool given;               /* on the command line */
+    const char *text;         /* as given, or the default; NULL: neither. Borrowed from argv */
+    double real[3];           /* numbers: the first one, or three */
+    int choice;               /* CHOICE: index into the choices */
+    unsigned set;             /* LIST: bits of the choices */
+    bool in_voxels;           /* LENGTH */
+} OptionValue;
+
+typedef struct Options {
+    OptionValue value[OPTION_COUNT];
+    int noperand;
+    const char **operand;     /* [noperand] borrowed from argv */
+} Options;
+
+/* Parses argv[0 .. argc-1] (no command name among them). options_free in any case. */
+bool options_parse(Options *o, int argc, char **argv, Err *err);
+void options_free(Options *o);
+
+static inline double option_real(const Options *o, OptionId id) { return o->value[id].real[0]; }
+static inline int option_int(const Options *o, OptionId id) { return (int)o->value[id].real[0]; }
+static inline int option_choice(const Options *o, OptionId id) { return o->value[id].choice; }
+static inline bool option_given(const Options *o, OptionId id) { return o->value[id].given; }
+static inline const char *option_text(const Options *o, OptionId id) { return o->value[id].text; }
+
+/* The table as --help shows it. */
+void options_print(FILE *out);

@@ -1,0 +1,319 @@
+/* field.c: building the bricks, and reading single values from them. */
+#include "field/field_priv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FIELD_BRICKS_MAX = 1 << 22 }; /* 22 GiB of samples: beyond it the frame is refused */
+
+/* --- which side a sample is on, and how far away the farthest is ------------------------------------------- */
+
+typedef struct Builder {
+    Field *f;
+    const Grid *grid;
+    Map seen;              /* bricks looked at, by origin >> 3 */
+    int ncand, capcand;
+    int (*cand)[3];        /* their origins */
+} Builder;
+
+static bool is_inside(const Field *f, float v) { return f->sign * ((double)v - f->iso) > 0; }
+
+static bool in_box(const Field *f, int x, int y, int z)
+{
+    return x >= f->lo[0] && x <= f->hi[0] && y >= f->lo[1] && y <= f->hi[1] && z >= f->lo[2] && z <= f->hi[2];
+}
+
+/* Samples of the box [lo, lo + side) within the active bounding box. */
+static double overlap(const Field *f, const int lo[3], int side)
+{
+    double n = 1;
+    for (int a = 0; a < 3; a++) {
+        int from = int_max(lo[a], f->lo[a]), to = int_min(lo[a] + side - 1, f->hi[a]);
+        if (from > to) return 0;
+        n *= to - from + 1;
+    }
+    return n;
+}
+
+static void reach_out(double *far, const Field *f, float v) { *far = real_max(*far, fabs((double)v - f->iso)); }
+
+/* Refuses what is no number; far becomes the largest |F| within the bounding box. */
+static bool survey(Field *f, const Grid *g, Err *err)
+{
+    double covered = 0, all = 1, far = 0;
+    for (int a = 0; a < 3; a++) all *= (double)f->hi[a] - f->lo[a] + 1;
+    for (int b = 0; b < g->nblock; b++) {
+        const int *o = g->origin[b];
+        const float *v = g->value + (size_t)b * GRID_CELLS;
+        covered += overlap(f, o, GRID_SIDE);
+        for (int c = 0; c < GRID_CELLS; c++) {
+            int x = o[0] + (c & 7), y = o[1] + (c >> 3 & 7), z = o[2] + (c >> 6);
+            if (!in_box(f, x, y, z)) continue;
+            if (!isfinite(v[c]))
+                return fail(err, ERR_INPUT, "the grid holds a value that is no finite number at sample (%d, %d, %d); repair the cache or leave the frame out", x, y, z);
+            reach_out(&far, f, v[c]);
+        }
+    }
+    for (int t = 0; t < g->ntile; t++) {
+        double n = overlap(f, g->tile[t].lo, 1 << g->tile[t].log2side);
+        if (n == 0) continue;
+        if (!isfinite(g->tile[t].value[0])) return fail(err, ERR_INPUT, "the grid holds a tile whose value is no finite number; repair the cache or leave the frame out");
+        covered += n;
+        reach_out(&far, f, g->tile[t].value[0]);
+    }
+    if (covered < all) {
+        if (!isfinite(g->background[0])) return fail(err, ERR_INPUT, "the grid's background value is no finite number; repair the cache or leave the frame out");
+        reach_out(&far, f, g->background[0]);
+    }
+    f->far = far > 0 ? far : 1;
+    return true;
+}
+
+/* --- bricks that may hold crossed cells -------------------------------------------------------------------- */
+
+static void add_candidate(Builder *b, int x, int y, int z)
+{
+    if (map_put(&b->seen, key_coord(x >> 3, y >> 3, z >> 3), b->ncand) != b->ncand) return;
+    RESERVE(b->cand, b->capcand, b->ncand + 1);
+    b->cand[b->ncand][0] = x;
+    b->cand[b->ncand][1] = y;
+    b->cand[b->ncand][2] = z;
+    b->ncand++;
+}
+
+/* A crossed cell has an inside corner, so its brick is the corner's or one below it along some axes. */
+static void add_below(Builder *b, int x, int y, int z)
+{
+    for (int k = 0; k < 8; k++) add_candidate(b, x - 8 * (k & 1), y - 8 * (k >> 1 & 1), z - 8 * (k >> 2));
+}
+
+/* A constant inside cube is crossed at its skin alone: the shell of bricks of the box lo..hi (brick origins). */
+static bool add_shell(Builder *b, const int lo[3], const int hi[3], Err *err)
+{
+    double nx = (hi[0] - lo[0]) / 8 + 1, ny = (hi[1] - lo[1]) / 8 + 1, nz = (hi[2] - lo[2]) / 8 + 1;
+    if (2 * (nx * ny + ny * nz + nz * nx) > FIELD_BRICKS_MAX) return fail(err, ERR_RESOURCE, "the surface needs more than %d bricks of 8^3 samples; crop or coarsen the grid", FIELD_BRICKS_MAX);
+    for (int z = lo[2]; z <= hi[2]; z += 8)
+        for (int y = lo[1]; y <= hi[1]; y += 8) {
+            bool skin = z == lo[2] || z == hi[2] || y == lo[1] || y == hi[1];
+            int step = skin ? 8 : int_max(8, hi[0] - lo[0]);
+            for (int x = lo[0]; x <= hi[0]; x += step) add_below(b, x, y, z);
+        }
+    return true;
+}
+
+/* The brick origins of the part of a cube that lies within the bounding box. False when none does. */
+static bool clip(const Field *f, const int at[3], int side, int lo[3], int hi[3])
+{
+    for (int a = 0; a < 3; a++) {
+        lo[a] = int_max(at[a], f->lo[a]) & ~7;
+        hi[a] = int_min(at[a] + side - 1, f->hi[a]) & ~7;
+        if (lo[a] > hi[a]) return false;
+    }
+    return true;
+}
+
+static bool find_candidates(Builder *b, Err *err)
+{
+    const Field *f = b->f;
+    const Grid *g = b->grid;
+    int lo[3], hi[3];
+    for (int k = 0; k < g->nblock; k++) {
+        const float *v = g->value + (size_t)k * GRID_CELLS;
+        int c = 0;
+        while (c < GRID_CELLS && !is_inside(f, v[c])) c++;
+        if (c < GRID_CELLS) add_below(b, g->origin[k][0], g->origin[k][1], g->origin[k][2]);
+    }
+    for (int t = 0; t < g->ntile; t++)
+        if (is_inside(f, g->tile[t].value[0]) && clip(f, g->tile[t].lo, 1 << g->tile[t].log2side, lo, hi) && !add_shell(b, lo, hi, err)) return false;
+    if (!is_inside(f, g->background[0])) return true;
+    /* an inside background: every brick beside a block or at the box's skin may be crossed */
+    for (int k = 0; k < g->nblock; k++)
+        for (int n = 0; n < 27; n++) add_candidate(b, g->origin[k][0] + 8 * (n % 3 - 1), g->origin[k][1] + 8 * (n / 3 % 3 - 1), g->origin[k][2] + 8 * (n / 9 - 1));
+    for (int a = 0; a < 3; a++) {
+        lo[a] = f->lo[a] & ~7;
+        hi[a] = f->hi[a] & ~7;
+    }
+    return add_shell(b, lo, hi, err);
+}
+
+/* --- filling bricks ---------------------------------------------------------------------------------------- */
+
+/* The samples origin-1 ... origin+9 of a brick; those beyond the bounding box are outside. */
+static void gather_brick(const Field *f, const Grid *g, const int o[3], float *out)
+{
+    const float outside = (float)(f->iso - f->sign * f->far);
+    const float *block = NULL;
+    int bx = 0, by = 0, bz = 0;
+    bool have = false;
+    for (int k = 0; k < BRICK_SAMPLES; k++) {
+        int x = o[0] - 1 + k % BRICK_SPAN, y = o[1] - 1 + k / BRICK_SPAN % BRICK_SPAN, z = o[2] - 1 + k / (BRICK_SPAN * BRICK_SPAN);
+        if (!in_box(f, x, y, z)) {
+            out[k] = outside;
+            continue;
+        }
+        if (!have || x >> 3 != bx || y >> 3 != by || z >> 3 != bz) {
+            bx = x >> 3, by = y >> 3, bz = z >> 3;
+            block = grid_block(g, x, y, z);
+            have = true;
+        }
+        out[k] = block ? block[(z & 7) * 64 + (y & 7) * 8 + (x & 7)] : grid_at(g, x, y, z, 0);
+    }
+}
+
+/* Crossed: corners of both kinds among the samples origin ... origin+8. */
+static bool brick_is_crossed(const Field *f, const float *v)
+{
+    bool first = is_inside(f, v[1 + BRICK_SPAN + BRICK_SPAN * BRICK_SPAN]);
+    for (int z = 1; z < 10; z++)
+        for (int y = 1; y < 10; y++)
+            for (int x = 1; x < 10; x++)
+                if (is_inside(f, v[x + BRICK_SPAN * (y + BRICK_SPAN * z)]) != first) return true;
+    return false;
+}
+
+static int compare_origin(const void *pa, const void *pb)
+{
+    const int *a = pa, *b = pb;
+    for (int k = 2; k >= 0; k--)
+        if (a[k] != b[k]) return a[k] < b[k] ? -1 : 1;
+    return 0;
+}
+
+static bool keep_crossed(Builder *b, Err *err)
+{
+    Field *f = b->f;
+    int n = 0;
+    float v[BRICK_SAMPLES];
+    for (int c = 0; c < b->ncand; c++) {
+        gather_brick(f, b->grid, b->cand[c], v);
+        if (!brick_is_crossed(f, v)) continue;
+        memmove(b->cand[n++], b->cand[c], sizeof b->cand[0]);
+    }
+    if (n > FIELD_BRICKS_MAX) return fail(err, ERR_RESOURCE, "the surface needs more than %d bricks of 8^3 samples; crop or coarsen the grid", FIELD_BRICKS_MAX);
+    b->ncand = n;
+    qsort(b->cand, (size_t)n, sizeof b->cand[0], compare_origin);
+    return true;
+}
+
+/* The crossed bricks are candidates 0 ... ncrossed-1; a ring of neighbours comes behind them. */
+static void add_ring(Builder *b)
+{
+    int n = b->ncand;
+    map_clear(&b->seen);
+    for (int c = 0; c < n; c++) map_put(&b->seen, key_coord(b->cand[c][0] >> 3, b->cand[c][1] >> 3, b->cand[c][2] >> 3), c);
+    for (int c = 0; c < n; c++)
+        for (int k = 0; k < 27; k++)
+            add_candidate(b, b->cand[c][0] + 8 * (k % 3 - 1), b->cand[c][1] + 8 * (k / 3 % 3 - 1), b->cand[c][2] + 8 * (k / 9 - 1));
+    qsort(b->cand + n, (size_t)(b->ncand - n), sizeof b->cand[0], compare_origin);
+}
+
+static bool build_bricks(Builder *b, Err *err)
+{
+    Field *f = b->f;
+    if (!find_candidates(b, err) || !keep_crossed(b, err)) return false;
+    f->ncrossed = b->ncand;
+    add_ring(b);
+    f->nbrick = b->ncand;
+    f->origin = mem_alloc((size_t)f->nbrick, sizeof *f->origin);
+    f->value = mem_alloc((size_t)f->nbrick, BRICK_SAMPLES * sizeof(float));
+    map_init(&f->brick_at, f->nbrick);
+    for (int k = 0; k < f->nbrick; k++) {
+        memcpy(f->origin[k], b->cand[k], sizeof b->cand[k]);
+        map_put(&f->brick_at, key_coord(b->cand[k][0] >> 3, b->cand[k][1] >> 3, b->cand[k][2] >> 3), k);
+        gather_brick(f, b->grid, b->cand[k], f->value + (size_t)k * BRICK_SAMPLES);
+    }
+    return true;
+}
+
+bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
+{
+    ASSERT(grid->ncomp == 1);
+    *f = (Field){.xform = grid->xform, .sign = spec->inside_below ? -1 : 1, .iso = (double)(float)spec->iso, .far = 1};
+    memcpy(f->lo, grid->lo, sizeof f->lo);
+    memcpy(f->hi, grid->hi, sizeof f->hi);
+    double det = affine_det(&f->xform);
+    f->voxel = cbrt(fabs(det));
+    f->mirrored = det < 0;
+    if (grid_is_empty(grid)) return true;
+    Builder b = {.f = f, .grid = grid};
+    map_init(&b.seen, 4 * grid->nblock);
+    bool ok = survey(f, grid, err) && build_bricks(&b, err);
+    map_free(&b.seen);
+    mem_free(b.cand);
+    if (!ok) field_free(f);
+    return ok;
+}
+
+void field_free(Field *f)
+{
+    mem_free(f->origin);
+    mem_free(f->value);
+    map_free(&f->brick_at);
+    *f = (Field){0};
+}
+
+/* --- single values ------------------------------------------------------------------------------------------ */
+
+int field_brick(const Field *f, int x, int y, int z) { return f->nbrick ? map_get(&f->brick_at, key_coord(x >> 3, y >> 3, z >> 3)) : NONE; }
+
+void field_cell(const Field *f, int b, int x, int y, int z, double F[8])
+{
+    const int *o = f->origin[b];
+    const float *v = f->value + (size_t)b * BRICK_SAMPLES + (x - o[0] + 1) + BRICK_SPAN * ((y - o[1] + 1) + BRICK_SPAN * (z - o[2] + 1));
+    for (int c = 0; c < 8; c++) F[c] = f->sign * ((double)v[(c & 1) + BRICK_SPAN * (c >> 1 & 1) + BRICK_SPAN * BRICK_SPAN * (c >> 2)] - f->iso);
+}
+
+bool field_locate(const Field *f, Vec3 p, Spot *s)
+{
+    Vec3 q = affine_to_index(&f->xform, p);
+    double fx = floor(q.x), fy = floor(q.y), fz = floor(q.z);
+    const double limit = 1 << 20;
+    if (!(fabs(fx) < limit && fabs(fy) < limit && fabs(fz) < limit)) return false;
+    int x = (int)fx, y = (int)fy, z = (int)fz, b = field_brick(f, x, y, z);
+    if (b == NONE) return false;
+    const int *o = f->origin[b];
+    s->v = f->value + (size_t)b * BRICK_SAMPLES + (x - o[0] + 1) + BRICK_SPAN * ((y - o[1] + 1) + BRICK_SPAN * (z - o[2] + 1));
+    s->x = q.x - fx;
+    s->y = q.y - fy;
+    s->z = q.z - fz;
+    return true;
+}
+
+/* Trilinear value of the raw samples, and its derivatives over the cell where g is asked for. */
+static double trilinear(const Spot *s, Vec3 *g)
+{
+    const float *v = s->v;
+    enum { Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
+    double v0 = v[0], v1 = v[1], v2 = v[Y], v3 = v[Y + 1], v4 = v[Z], v5 = v[Z + 1], v6 = v[Z + Y], v7 = v[Z + Y + 1];
+    double a0 = v0 + s->x * (v1 - v0), a1 = v2 + s->x * (v3 - v2), a2 = v4 + s->x * (v5 - v4), a3 = v6 + s->x * (v7 - v6);
+    double b0 = a0 + s->y * (a1 - a0), b1 = a2 + s->y * (a3 - a2);
+    if (g) {
+        double x0 = (v1 - v0) + s->y * ((v3 - v2) - (v1 - v0)), x1 = (v5 - v4) + s->y * ((v7 - v6) - (v5 - v4));
+        *g = vec3(x0 + s->z * (x1 - x0), (a1 - a0) + s->z * ((a3 - a2) - (a1 - a0)), b1 - b0);
+    }
+    return b0 + s->z * (b1 - b0);
+}
+
+double field_value(const Field *f, Vec3 p, Vec3 *cell_grad, bool *known)
+{
+    Spot s;
+    bool found = field_locate(f, p, &s);
+    if (known) *known = found;
+    if (!found) {
+        if (cell_grad) *cell_grad = vec3(0, 0, 0);
+        return -f->far;
+    }
+    Vec3 g;
+    double F = f->sign * (trilinear(&s, cell_grad ? &g : NULL) - f->iso);
+    if (cell_grad) *cell_grad = affine_gradient(&f->xform, v_scale(g, f->sign));
+    return F;
+}
+
+bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c)
+{
+    Vec3 n = v_scale(v_unit(v_area2(a, b, c)), 0.1 * f->voxel), corner[3] = {a, b, c};
+    for (int k = 0; k < 3; k++)
+        if (!(field_value(f, v_add(corner[k], n), NULL, NULL) > field_value(f, v_sub(corner[k], n), NULL, NULL))) return false;
+    return true;
+}

@@ -1,0 +1,69 @@
+/* field.h: one frame of the volume sequence as the scalar field F the method works on.
+ *
+ * F is positive inside, 0 on the surface (GI'07 2.4), F = sign (v - iso) of the stored float32 sample v,
+ * taken in double. Kept are 8^3 bricks whose cells the surface crosses and `rings` layers of bricks around
+ * them, each with a margin of its own (11^3 samples), so that a sample costs one look-up whatever the
+ * volume's extent. Beyond the grid's active bounding box every sample is outside, by the largest |F| the
+ * frame holds: the surface closes at the border.
+ *
+ * Two surfaces in one: the *trilinear interpolant* decides (topology, audit, where vertices land); the
+ * *smooth gradient* (central differences at the samples, interpolated: continuous) steers. World units
+ * unless a name says index or voxel. A Field is immutable once built: any number of threads may read it. */
+#pragma once
+#include "field/grid.h"
+
+enum { BRICK_SIDE = 8, BRICK_SPAN = 11, BRICK_SAMPLES = BRICK_SPAN * BRICK_SPAN * BRICK_SPAN };
+
+typedef struct FieldSpec {
+    double iso;        /* isovalue, in the grid's units; rounded to float32, as the samples are */
+    bool inside_below; /* level sets: inside is below the isovalue; densities: above */
+} FieldSpec;
+
+typedef struct Field {
+    Affine xform;
+    double voxel;         /* cube root of a voxel's volume, world units */
+    bool mirrored;        /* the transform turns handedness over */
+    double sign, iso;     /* F = sign (v - iso) */
+    double far;           /* |F| beyond the bounding box, > 0 */
+    int lo[3], hi[3];     /* active bounding box, samples, inclusive */
+    int nbrick;           /* 0: a frame without surface */
+    int ncrossed;         /* the first ncrossed bricks have crossed cells; all are in z, y, x order within the two groups */
+    int (*origin)[3];     /* [nbrick] first sample, a multiple of 8 */
+    float *value;         /* [nbrick][11^3] samples origin-1 ... origin+9, x fastest */
+    Map brick_at;         /* by origin >> 3 */
+} Field;
+
+/* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */
+bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err);
+void field_free(Field *f);
+
+/* The brick that holds the cell of an index-space sample, or NONE. */
+int field_brick(const Field *f, int x, int y, int z);
+/* The eight corner values of F of the cell at sample (x, y, z) of brick b; corner c at (c&1, c>>1&1, c>>2). */
+void field_cell(const Field *f, int b, int x, int y, int z, double F[8]);
+
+/* F of the trilinear interpolant at world point p. Away from the bricks -far, or +far deep inside is not known:
+ * *known tells. `cell_grad` (may be NULL) gets the gradient within the cell, which jumps between cells. */
+double field_value(const Field *f, Vec3 p, Vec3 *cell_grad, bool *known);
+/* Batch: F and the smooth gradient at n world points; a zero gradient where the field is not known. */
+void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad);
+/* The smooth gradient of one point. */
+Vec3 field_gradient(const Field *f, Vec3 p);
+/* Outward unit normals, n = -grad F / |grad F|; the cell's gradient serves where the smooth one vanishes or lies. */
+void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal);
+
+typedef enum Landing {
+    LANDED = 0,
+    LANDING_LOST,    /* no zero within reach, or no gradient to follow: a quasi-critical point (RR-6128 2.2) */
+} Landing;
+
+/* GI'07 eq. 3: moves each point onto the trilinear surface, at most `reach` world units; a point that finds none
+ * stays. Newton steps along the smooth gradient until F changes sign, then a bracketed root. Returns how many
+ * are lost; status may be NULL. */
+int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status);
+/* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
+int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
+
+/* GI'07 2.6: a triangle is inverted when n . grad F > 0 at all three corners, n its normal. The slope of F along n
+ * is measured over +-0.1 voxel of the trilinear field: right in sheets thinner than the smooth gradient sees. */
+bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c);

@@ -1,0 +1,128 @@
+/* sample.c: F and the smooth gradient in batches. */
+#include "field/field_priv.h"
+
+#include <string.h>
+
+enum { LANES = 32, Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
+
+/* The 32 samples that central differences at a cell's corners need: the 4x4x4 block around the cell without its
+ * edges and corners. Per axis: the corners' neighbours below and above. STENCIL[8 + 8 axis + c]: corner c's sample
+ * at -1 (corners with bit axis 0) or at +1 (bit axis 1); the other neighbour is a corner of the cell itself. */
+static int stencil_offset(int k)
+{
+    int c = k & 7, at = (c & 1) + Y * (c >> 1 & 1) + Z * (c >> 2), axis = (k >> 3) - 1;
+    if (axis < 0) return at;
+    int step = axis == 0 ? 1 : axis == 1 ? Y : Z;
+    return at + (c >> axis & 1 ? step : -step);
+}
+
+typedef struct Lanes {
+    double v[32][LANES];
+    double x[LANES], y[LANES], z[LANES];
+    double F[LANES], g[3][LANES];
+} Lanes;
+
+
+
+static void gather(const Field *f, int n, const Vec3 *p, Lanes *l, bool *found)
+{
+    int offset[32];
+    for (int k = 0; k < 32; k++) offset[k] = stencil_offset(k);
+    for (int i = 0; i < n; i++) {
+        Spot s;
+        found[i] = field_locate(f, p[i], &s);
+        l->x[i] = found[i] ? s.x : 0;
+        l->y[i] = found[i] ? s.y : 0;
+        l->z[i] = found[i] ? s.z : 0;
+        for (int k = 0; k < 32; k++) l->v[k][i] = found[i] ? (double)s.v[offset[k]] : 0;
+    }
+    for (int i = n; i < LANES; i++) {
+        l->x[i] = l->y[i] = l->z[i] = 0;
+        for (int k = 0; k < 32; k++) l->v[k][i] = 0;
+    }
+}
+
+/* Trilinear interpolation of eight rows of lanes. */
+static void blend8(const double v[8][LANES], const Lanes *l, double *out)
+{
+    for (int i = 0; i < LANES; i++) {
+        double a0 = v[0][i] + l->x[i] * (v[1][i] - v[0][i]), a1 = v[2][i] + l->x[i] * (v[3][i] - v[2][i]);
+        double a2 = v[4][i] + l->x[i] * (v[5][i] - v[4][i]), a3 = v[6][i] + l->x[i] * (v[7][i] - v[6][i]);
+        double b0 = a0 + l->y[i] * (a1 - a0), b1 = a2 + l->y[i] * (a3 - a2);
+        out[i] = b0 + l->z[i] * (b1 - b0);
+    }
+}
+
+static void evaluate(Lanes *l)
+{
+    blend8((const double(*)[LANES])l->v, l, l->F);
+    for (int axis = 0; axis < 3; axis++) {
+        double d[8][LANES];
+        for (int c = 0; c < 8; c++) {
+            const double *own = l->v[c ^ (1 << axis)], *far = l->v[8 + 8 * axis + c];
+            double sign = c >> axis & 1 ? 0.5 : -0.5;
+            for (int i = 0; i < LANES; i++) d[c][i] = sign * (far[i] - own[i]);
+        }
+        blend8((const double(*)[LANES])d, l, l->g[axis]);
+    }
+}
+
+void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad)
+{
+    Lanes l;
+    bool found[LANES];
+    for (int begin = 0; begin < n; begin += LANES) {
+        int m = int_min(LANES, n - begin);
+        gather(f, m, p + begin, &l, found);
+        evaluate(&l);
+        for (int i = 0; i < m; i++) {
+            F[begin + i] = found[i] ? f->sign * (l.F[i] - f->iso) : -f->far;
+            if (grad) grad[begin + i] = affine_gradient(&f->xform, v_scale(vec3(l.g[0][i], l.g[1][i], l.g[2][i]), f->sign));
+        }
+    }
+}
+
+/* One point's central differences, interpolated: the same numbers as the batch. */
+static double sample_one(const Field *f, Vec3 p, Vec3 *grad)
+{
+    Spot s;
+    *grad = vec3(0, 0, 0);
+    if (!field_locate(f, p, &s)) return -f->far;
+    double w[3][2] = {{1 - s.x, s.x}, {1 - s.y, s.y}, {1 - s.z, s.z}}, F = 0, g[3] = {0, 0, 0};
+    for (int c = 0; c < 8; c++) {
+        const float *v = s.v + (c & 1) + Y * (c >> 1 & 1) + Z * (c >> 2);
+        double weight = w[0][c & 1] * w[1][c >> 1 & 1] * w[2][c >> 2];
+        F += weight * (double)v[0];
+        g[0] += weight * 0.5 * ((double)v[1] - (double)v[-1]);
+        g[1] += weight * 0.5 * ((double)v[Y] - (double)v[-Y]);
+        g[2] += weight * 0.5 * ((double)v[Z] - (double)v[-Z]);
+    }
+    *grad = affine_gradient(&f->xform, v_scale(vec3(g[0], g[1], g[2]), f->sign));
+    return f->sign * (F - f->iso);
+}
+
+Vec3 field_gradient(const Field *f, Vec3 p)
+{
+    Vec3 g;
+    sample_one(f, p, &g);
+    return g;
+}
+
+Vec3 field_steer(const Field *f, Vec3 p)
+{
+    Vec3 smooth, cell;
+    sample_one(f, p, &smooth);
+    field_value(f, p, &cell, NULL);
+    /* in a sheet thinner than two voxels the central differences see the other side: the cell knows better */
+    double s = v_len(smooth), c = v_len(cell);
+    return v_dot(smooth, cell) >= FIELD_STEER_COS * s * c && s > 0 ? smooth : cell;
+}
+
+void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal)
+{
+    for (int i = 0; i < n; i++) {
+        Vec3 g = field_steer(f, p[i]);
+        double l = v_len(g);
+        normal[i] = l > 0 ? v_scale(g, -1 / l) : vec3(0, 0, 1);
+    }
+}

@@ -1,0 +1,201 @@
+#include "mechanics/mechanics_priv.h"
+
+#include "base/thread.h"
+
+/* The conjugate gradient of Baraff and Witkin 1998 (5.3) on eq. 1, A = I - dt df/dx = I + dt K:
+ * a vertex may not move along its normal n, so residual and directions are filtered by S = I - n n^T. The vectors
+ * stay in the tangent planes, where S A S is symmetric and positive: the method is an ordinary conjugate gradient. */
+
+typedef struct Pass {
+    Cg *cg;
+    Elastic *el;
+    double alpha, beta;
+} Pass;
+
+static Vec3 filtered(Vec3 n, Vec3 a) { return v_axpy(a, -v_dot(n, a), n); }
+
+static void reserve(Cg *cg, int nfree)
+{
+    if (nfree + 1 <= cg->cap) return;
+    cg->cap = int_max(nfree + 1, 2 * cg->cap);
+    RESIZE(cg->x, cg->cap);
+    RESIZE(cg->p, cg->cap);
+    RESIZE(cg->b, cg->cap);
+    RESIZE(cg->r, cg->cap);
+    RESIZE(cg->q, cg->cap);
+    RESIZE(cg->n, cg->cap);
+    RESIZE(cg->pre, cg->cap);
+    RESIZE(cg->sum, cg->cap / MECHANICS_GRAIN + 1);
+}
+
+/* Adds up one of the sums that a pass left by block. */
+static double total(const Cg *cg, int n, int which)
+{
+    double sum = 0;
+    for (int b = 0; b * MECHANICS_GRAIN < n; b++) sum += cg->sum[b][which];
+    return sum;
+}
+
+static void run(Pass *ps, ParallelFn *fn) { parallel_for(ps->el->nfree, MECHANICS_GRAIN, fn, ps); }
+
+/* The inverse of S A_vv S within the tangent plane, 0 along n: the inverse of (S A_vv S + n n^T), less n n^T. */
+static Sym3 tangent_inverse(const Sym3 *a, Vec3 n)
+{
+    /* S A S = A - n c^T - c n^T + (n . A n) n n^T, c = A n */
+    Vec3 c = sym_mul(a, n);
+    Vec3 g = v_axpy(c, -0.5 * (v_dot(n, c) + 1), n); /* the 1 adds n n^T */
+    double xx = a->m[0] - 2 * n.x * g.x, xy = a->m[1] - n.x * g.y - n.y * g.x, xz = a->m[2] - n.x * g.z - n.z * g.x;
+    double yy = a->m[3] - 2 * n.y * g.y, yz = a->m[4] - n.y * g.z - n.z * g.y, zz = a->m[5] - 2 * n.z * g.z;
+    double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
+    double s = 1 / (xx * cxx + xy * cxy + xz * cxz);
+    return (Sym3){{s * cxx - n.x * n.x, s * cxy - n.x * n.y, s * cxz - n.x * n.z, s * (xx * zz - xz * xz) - n.y * n.y,
+                   s * (xy * xz - xx * yz) - n.y * n.z, s * (xx * yy - xy * xy) - n.z * n.z}};
+}
+
+/* x = 0, r = S b, p = M r. */
+static void pass_start(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    Cg *cg = ps->cg;
+    const MechanicsProblem *prob = ps->el->prob;
+    double dt = ps->el->set->dt, rr = 0, rz = 0;
+    for (int v = begin; v < end; v++) {
+        Vec3 n = prob->normal[ps->el->vert[v]];
+        Sym3 a = elastic_diagonal(ps->el, v);
+        for (int i = 0; i < 6; i++) a.m[i] = dt * a.m[i] + (i == 0 || i == 3 || i == 5 ? 1 : 0);
+        cg->n[v] = n;
+        cg->pre[v] = tangent_inverse(&a, n);
+        cg->b[v] = v_scale(elastic_gather(ps->el, v), dt);
+        cg->x[v] = vec3(0, 0, 0);
+        cg->r[v] = filtered(n, cg->b[v]);
+        cg->p[v] = sym_mul(&cg->pre[v], cg->r[v]);
+        rr += v_len2(cg->r[v]);
+        rz += v_dot(cg->r[v], cg->p[v]);
+    }
+    double *sum = cg->sum[begin / MECHANICS_GRAIN];
+    sum[0] = rr;
+    sum[1] = rz;
+}
+
+/* q = S A p after elastic_apply(p). */
+static void pass_product(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    Cg *cg = ps->cg;
+    double dt = ps->el->set->dt, pq = 0;
+    for (int v = begin; v < end; v++) {
+        Vec3 q = filtered(cg->n[v], v_axpy(cg->p[v], dt, elastic_gather(ps->el, v)));
+        cg->q[v] = q;
+        pq += v_dot(cg->p[v], q);
+    }
+    cg->sum[begin / MECHANICS_GRAIN][0] = pq;
+}
+
+/* x += alpha p, r -= alpha q, z = M r; z takes q's place. */
+static void pass_update(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    Cg *cg = ps->cg;
+    double alpha = ps->alpha, rr = 0, rz = 0;
+    for (int v = begin; v < end; v++) {
+        cg->x[v] = v_axpy(cg->x[v], alpha, cg->p[v]);
+        Vec3 r = v_axpy(cg->r[v], -alpha, cg->q[v]);
+        Vec3 z = sym_mul(&cg->pre[v], r);
+        cg->r[v] = r;
+        cg->q[v] = z;
+        rr += v_len2(r);
+        rz += v_dot(r, z);
+    }
+    double *sum = cg->sum[begin / MECHANICS_GRAIN];
+    sum[0] = rr;
+    sum[1] = rz;
+    sum[2] = 0;
+}
+
+static void pass_move(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    for (int v = begin; v < end; v++) ps->cg->x[v] = v_axpy(ps->cg->x[v], ps->alpha, ps->cg->p[v]);
+}
+
+/* The true residual r = S (b - A x) after elastic_apply(x): the recurrence does not know what eq. 4 did to x.
+ * The third sum, z . r_old, makes beta that of Polak and Ribiere, which forgets directions that no longer serve. */
+static void pass_residual(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    Cg *cg = ps->cg;
+    double dt = ps->el->set->dt, rr = 0, rz = 0, zo = 0;
+    for (int v = begin; v < end; v++) {
+        Vec3 ax = v_axpy(cg->x[v], dt, elastic_gather(ps->el, v));
+        Vec3 r = filtered(cg->n[v], v_sub(cg->b[v], ax));
+        Vec3 z = sym_mul(&cg->pre[v], r);
+        rr += v_len2(r);
+        rz += v_dot(r, z);
+        zo += v_dot(z, cg->r[v]);
+        cg->r[v] = r;
+        cg->q[v] = z;
+    }
+    double *sum = cg->sum[begin / MECHANICS_GRAIN];
+    sum[0] = rr;
+    sum[1] = rz;
+    sum[2] = zo;
+}
+
+/* p = z + beta p. */
+static void pass_direction(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    for (int v = begin; v < end; v++) ps->cg->p[v] = v_axpy(ps->cg->q[v], ps->beta, ps->cg->p[v]);
+}
+
+CgStat cg_solve(Cg *cg, Elastic *el, Sharp *sh)
+{
+    const MechanicsSettings *set = el->set;
+    const int n = el->nfree;
+    Pass ps = {.cg = cg, .el = el};
+    reserve(cg, n);
+    cg->x[n] = cg->p[n] = vec3(0, 0, 0);
+    run(&ps, pass_start);
+    double first = total(cg, n, 0), rr = first, rz = total(cg, n, 1);
+    bool still = !(first > 0) && sh->nvert == 0;
+    CgStat st = {.converged = still};
+    if (still) return st;
+
+    const double goal = set->cg_tolerance * set->cg_tolerance * first;
+    while (st.iterations < set->cg_iterations && !(set->cg_tolerance > 0 && rr <= goal)) {
+        elastic_apply(el, cg->p);
+        run(&ps, pass_product);
+        double pq = total(cg, n, 0);
+        ps.alpha = pq > 0 ? rz / pq : 0;
+        if (sh->nvert > 0) {
+            run(&ps, pass_move);
+            sharp_correct(sh, el, cg->x);
+            elastic_apply(el, cg->x);
+            run(&ps, pass_residual);
+        } else {
+            run(&ps, pass_update);
+        }
+        double old = rz;
+        rr = total(cg, n, 0);
+        rz = total(cg, n, 1);
+        ps.beta = old > 0 ? real_max(0, (rz - total(cg, n, 2)) / old) : 0;
+        run(&ps, pass_direction);
+        st.iterations++;
+    }
+    st.residual = first > 0 ? sqrt(rr / first) : 0;
+    st.converged = rr <= goal;
+    return st;
+}
+
+void cg_free(Cg *cg)
+{
+    mem_free(cg->x);
+    mem_free(cg->p);
+    mem_free(cg->b);
+    mem_free(cg->r);
+    mem_free(cg->q);
+    mem_free(cg->n);
+    mem_free(cg->pre);
+    mem_free(cg->sum);
+    *cg = (Cg){0};
+}

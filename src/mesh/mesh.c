@@ -1,0 +1,222 @@
+/* mesh.c: building, sweeping, components and the invariant's check. */
+#include "mesh/mesh.h"
+
+#include "base/hash.h"
+
+#include <stdio.h>
+#include <string.h>
+
+void mesh_init(Mesh *m) { *m = (Mesh){0}; }
+
+void mesh_free(Mesh *m)
+{
+    mem_free(m->pos);
+    mem_free(m->id);
+    mem_free(m->out);
+    mem_free(m->corner);
+    mem_free(m->opp);
+    mem_free(m->length);
+    mem_free(m->flag);
+    *m = (Mesh){0};
+}
+
+void mesh_clear(Mesh *m) { m->nvert = m->ntri = m->deadvert = m->deadtri = 0; }
+
+int mesh_add_vert(Mesh *m, Vec3 p, int32_t id)
+{
+    if (m->nvert == m->capvert) {
+        m->capvert = int_max(256, 2 * m->capvert);
+        RESIZE(m->pos, m->capvert);
+        RESIZE(m->id, m->capvert);
+        RESIZE(m->out, m->capvert);
+    }
+    m->pos[m->nvert] = p;
+    m->id[m->nvert] = id;
+    m->out[m->nvert] = NONE;
+    return m->nvert++;
+}
+
+int mesh_add_tri(Mesh *m, int a, int b, int c)
+{
+    if (m->ntri == m->captri) {
+        m->captri = int_max(256, 2 * m->captri);
+        RESIZE(m->corner, 3 * (size_t)m->captri);
+        RESIZE(m->opp, 3 * (size_t)m->captri);
+        RESIZE(m->length, 3 * (size_t)m->captri);
+        RESIZE(m->flag, 3 * (size_t)m->captri);
+    }
+    int h = 3 * m->ntri++, v[3] = {a, b, c};
+    for (int k = 0; k < 3; k++) {
+        m->corner[h + k] = v[k];
+        m->opp[h + k] = NONE;
+        m->length[h + k] = -1;
+        m->flag[h + k] = 0;
+    }
+    return h / 3;
+}
+
+void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri)
+{
+    int base = m->nvert, first = 3 * m->ntri;
+    for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : m->next_id++);
+    Map edge;
+    map_init(&edge, 3 * ntri);
+    for (int t = 0; t < ntri; t++) {
+        int h = 3 * mesh_add_tri(m, base + tri[3 * t], base + tri[3 * t + 1], base + tri[3 * t + 2]);
+        for (int k = 0; k < 3; k++) {
+            m->out[m->corner[h + k]] = h + k;
+            int32_t seen = map_put(&edge, key_pair(m->corner[h + k], m->corner[h + (k + 1) % 3]), h + k);
+            ASSERT(seen == h + k);
+        }
+    }
+    for (int h = first; h < 3 * m->ntri; h++) {
+        m->opp[h] = map_get(&edge, key_pair(he_to(m, h), he_from(m, h)));
+        ASSERT(m->opp[h] != NONE);
+    }
+    map_free(&edge);
+}
+
+static void sweep_tris(Mesh *m)
+{
+    int32_t *to = NEW(int32_t, m->ntri);
+    int n = 0;
+    for (int t = 0; t < m->ntri; t++) to[t] = tri_is_dead(m, t) ? NONE : n++;
+    for (int t = 0; t < m->ntri; t++) {
+        if (to[t] == NONE) continue;
+        for (int k = 0; k < 3; k++) {
+            int h = 3 * t + k, g = 3 * to[t] + k;
+            m->corner[g] = m->corner[h];
+            m->opp[g] = 3 * to[m->opp[h] / 3] + m->opp[h] % 3;
+            m->length[g] = m->length[h];
+            m->flag[g] = m->flag[h];
+        }
+    }
+    for (int v = 0; v < m->nvert; v++)
+        if (!vert_is_dead(m, v)) m->out[v] = 3 * to[m->out[v] / 3] + m->out[v] % 3;
+    m->ntri = n;
+    m->deadtri = 0;
+    mem_free(to);
+}
+
+static void sweep_verts(Mesh *m, int32_t *to)
+{
+    int n = 0;
+    for (int v = 0; v < m->nvert; v++) {
+        to[v] = vert_is_dead(m, v) ? NONE : n++;
+        if (to[v] == NONE) continue;
+        m->pos[to[v]] = m->pos[v];
+        m->id[to[v]] = m->id[v];
+        m->out[to[v]] = m->out[v];
+    }
+    for (int h = 0; h < 3 * m->ntri; h++) m->corner[h] = to[m->corner[h]];
+    m->nvert = n;
+    m->deadvert = 0;
+}
+
+void mesh_compact(Mesh *m, int32_t *vert_to)
+{
+    if (m->deadtri) sweep_tris(m);
+    int32_t *to = vert_to ? vert_to : NEW(int32_t, m->nvert);
+    if (m->deadvert) sweep_verts(m, to);
+    else
+        for (int v = 0; v < m->nvert; v++) to[v] = v;
+    if (!vert_to) mem_free(to);
+}
+
+int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp)
+{
+    int32_t *comp = tri_comp ? tri_comp : NEW(int32_t, m->ntri), *stack = NEW(int32_t, m->ntri);
+    int n = 0;
+    for (int t = 0; t < m->ntri; t++) comp[t] = NONE;
+    for (int s = 0; s < m->ntri; s++) {
+        if (tri_is_dead(m, s) || comp[s] != NONE) continue;
+        int depth = 0;
+        comp[s] = n;
+        stack[depth++] = s;
+        while (depth) {
+            int t = stack[--depth];
+            for (int k = 0; k < 3; k++) {
+                int u = m->opp[3 * t + k] / 3;
+                if (comp[u] != NONE) continue;
+                comp[u] = n;
+                stack[depth++] = u;
+            }
+        }
+        n++;
+    }
+    if (vert_comp)
+        for (int v = 0; v < m->nvert; v++) vert_comp[v] = vert_is_dead(m, v) ? NONE : comp[m->out[v] / 3];
+    mem_free(stack);
+    if (!tri_comp) mem_free(comp);
+    return n;
+}
+
+void mesh_drop_components(Mesh *m, const int32_t *tri_comp, const uint8_t *drop)
+{
+    for (int v = 0; v < m->nvert; v++) {
+        if (vert_is_dead(m, v) || !drop[tri_comp[m->out[v] / 3]]) continue;
+        m->out[v] = NONE;
+        m->deadvert++;
+    }
+    for (int t = 0; t < m->ntri; t++) {
+        if (tri_is_dead(m, t) || !drop[tri_comp[t]]) continue;
+        for (int k = 0; k < 3; k++) m->corner[3 * t + k] = NONE;
+        m->deadtri++;
+    }
+}
+
+int mesh_valence(const Mesh *m, int v)
+{
+    int n = 0, h = m->out[v];
+    do n++;
+    while ((h = he_around(m, h)) != m->out[v]);
+    return n;
+}
+
+Vec3 mesh_tri_area2(const Mesh *m, int t)
+{
+    const int32_t *c = m->corner + 3 * t;
+    return v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+}
+
+double mesh_edge_length(const Mesh *m, int h) { return v_dist(m->pos[he_from(m, h)], m->pos[he_to(m, h)]); }
+
+/* --- the invariant ----------------------------------------------------------------------------------------- */
+
+static _Thread_local char complaint[160];
+
+static const char *complain(const char *what, int i)
+{
+    snprintf(complaint, sizeof complaint, "%s (%d)", what, i);
+    return complaint;
+}
+
+const char *mesh_check(const Mesh *m)
+{
+    int live = 0, reached = 0;
+    for (int t = 0; t < m->ntri; t++) {
+        if (tri_is_dead(m, t)) continue;
+        for (int k = 0; k < 3; k++) {
+            int h = 3 * t + k, g = m->opp[h];
+            if (m->corner[h] < 0 || m->corner[h] >= m->nvert) return complain("corner out of range at half-edge", h);
+            if (vert_is_dead(m, m->corner[h])) return complain("dead vertex used at half-edge", h);
+            if (m->corner[h] == m->corner[3 * t + (k + 1) % 3]) return complain("repeated vertex in triangle", t);
+            if (g < 0 || g >= 3 * m->ntri || tri_is_dead(m, g / 3)) return complain("no opposite of half-edge", h);
+            if (m->opp[g] != h) return complain("opp is no involution at half-edge", h);
+            if (he_from(m, g) != he_to(m, h) || he_to(m, g) != he_from(m, h)) return complain("opposite half-edges differ at", h);
+            live++;
+        }
+    }
+    for (int v = 0; v < m->nvert; v++) {
+        if (vert_is_dead(m, v)) continue;
+        int h = m->out[v], n = 0;
+        if (h < 0 || h >= 3 * m->ntri || m->corner[h] != v) return complain("out does not leave vertex", v);
+        do {
+            if (m->corner[h] != v || n++ > 3 * m->ntri) return complain("broken umbrella at vertex", v);
+            h = he_around(m, h);
+        } while (h != m->out[v]);
+        if (n < 3) return complain("valence below three at vertex", v);
+        reached += n;
+    }
+    return reached == live ? NULL : complain("a vertex has more than one umbrella; half-edges not reached", live - reached);
+}

@@ -1,0 +1,22 @@
+/* trimesh.h: an indexed triangle mesh as files hold it: float32, columns, no adjacency. */
+#pragma once
+#include "base/base.h"
+
+typedef struct TriMesh {
+    int nvert, ntri;
+    float *pos;       /* [3*nvert] world units */
+    float *normal;    /* [3*nvert] outward, unit length */
+    float *velocity;  /* [3*nvert] world units a second; NULL when not known */
+    int32_t *id;      /* [nvert] persistent identity, unique within the mesh */
+    int32_t *tri;     /* [3*ntri] counter-clockwise from outside */
+    int32_t *parent;  /* [ntri] index of the mechanical triangle; NULL for a mechanical mesh */
+    int nattr;
+    char **attr_name; /* [nattr] */
+    float **attr;     /* [nattr][nvert] */
+} TriMesh;
+
+/* Uninitialised columns of the given sizes; velocity and parent only when asked for. */
+void trimesh_init(TriMesh *m, int nvert, int ntri, bool with_velocity, bool with_parent);
+void trimesh_free(TriMesh *m); /* leaves an empty mesh */
+/* Same triangles over the same identities, in the same order. */
+bool trimesh_is_same_run(const TriMesh *a, const TriMesh *b);

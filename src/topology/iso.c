@@ -1,0 +1,248 @@
+#include "topology/iso.h"
+
+#include "topology/cell.h"
+
+#include <string.h>
+
+enum { LOCAL = BRICK_SIDE * BRICK_SIDE * BRICK_SIDE };
+
+/* --- cut edges ------------------------------------------------------------------------------------------------ */
+
+typedef struct Builder {
+    IsoSurface *iso;
+    int32_t *edge_id;     /* [nbrick * 512 * 3] */
+    int32_t (*above)[8];  /* [nbrick] the brick itself and its upper neighbours, by x + 2 y + 4 z */
+    int capcell, caploop, capuse, capedge;
+    int nuse;
+} Builder;
+
+static void find_neighbours(Builder *b)
+{
+    const Field *f = b->iso->field;
+    b->above = mem_alloc((size_t)f->nbrick, sizeof *b->above);
+    for (int k = 0; k < f->nbrick; k++)
+        for (int n = 0; n < 8; n++)
+            b->above[k][n] = field_brick(f, f->origin[k][0] + 8 * (n & 1), f->origin[k][1] + 8 * (n >> 1 & 1), f->origin[k][2] + 8 * (n >> 2));
+}
+
+/* The cut edge that leaves local sample (x, y, z), each 0 ... 8, of a brick along an axis; numbered at first sight. */
+static int edge_of(Builder *b, int brick, int x, int y, int z, int axis)
+{
+    IsoSurface *iso = b->iso;
+    int owner = b->above[brick][x >> 3 | y >> 3 << 1 | z >> 3 << 2];
+    ASSERT(owner != NONE);
+    int32_t at = 3 * (owner * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)) + axis;
+    if (b->edge_id[at] == NONE) {
+        RESERVE(iso->edge_at, b->capedge, iso->nedge + 1);
+        iso->edge_at[iso->nedge] = at;
+        b->edge_id[at] = iso->nedge++;
+    }
+    return b->edge_id[at];
+}
+
+static void add_cell(Builder *b, int brick, int local, const double F[8])
+{
+    IsoSurface *iso = b->iso;
+    CellTopology t = cell_topology(F);
+    int x = local & 7, y = local >> 3 & 7, z = local >> 6, first = iso->nloop;
+    if (iso->ncell + 2 > b->capcell) {
+        b->capcell = int_max(4096, 2 * b->capcell);
+        RESIZE(iso->cell_at, b->capcell);
+        RESIZE(iso->cell_loop, b->capcell);
+    }
+    if (iso->nloop + 5 > b->caploop) {
+        b->caploop = int_max(4096, 2 * b->caploop);
+        RESIZE(iso->loop_start, b->caploop);
+        RESIZE(iso->loop_mate, b->caploop);
+        RESIZE(iso->loop_plain, b->caploop);
+    }
+    RESERVE(iso->loop_edge, b->capuse, b->nuse + 12);
+    iso->cell_at[iso->ncell] = brick * LOCAL + local;
+    iso->cell_loop[iso->ncell] = first;
+    iso->cell_index[brick * LOCAL + local] = iso->ncell++;
+    for (int l = 0; l < t.nloop; l++) {
+        iso->loop_start[iso->nloop] = b->nuse;
+        iso->loop_mate[iso->nloop] = l == t.tunnel[0] ? first + t.tunnel[1] : l == t.tunnel[1] ? first + t.tunnel[0] : NONE;
+        iso->loop_plain[iso->nloop++] = t.nloop == 1 && !t.ambiguous;
+        for (int k = t.start[l]; k < t.start[l + 1]; k++) {
+            int c = CELL_EDGE_CORNER[t.edge[k]];
+            iso->loop_edge[b->nuse++] = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), t.edge[k] >> 2);
+        }
+    }
+    iso->ambiguous_cells += t.ambiguous;
+    iso->tunnels += t.tunnel[0] != NONE;
+}
+
+static void scan_brick(Builder *b, int brick)
+{
+    const Field *f = b->iso->field;
+    const int *o = f->origin[brick];
+    for (int local = 0; local < LOCAL; local++) {
+        double F[8];
+        field_cell(f, brick, o[0] + (local & 7), o[1] + (local >> 3 & 7), o[2] + (local >> 6), F);
+        int inside = 0;
+        for (int c = 0; c < 8; c++) inside += F[c] > 0;
+        if (inside != 0 && inside != 8) add_cell(b, brick, local, F);
+    }
+}
+
+/* --- components ----------------------------------------------------------------------------------------------- */
+
+static int root_of(int32_t *up, int a)
+{
+    while (up[a] != a) a = up[a] = up[up[a]];
+    return a;
+}
+
+static void join(int32_t *up, int a, int b)
+{
+    a = root_of(up, a);
+    b = root_of(up, b);
+    if (a < b) up[b] = a;
+    else up[a] = b;
+}
+
+static void find_components(IsoSurface *iso)
+{
+    int32_t *up = iso->edge_comp = NEW(int32_t, iso->nedge);
+    for (int e = 0; e < iso->nedge; e++) up[e] = e;
+    for (int l = 0; l < iso->nloop; l++) {
+        int first = iso->loop_edge[iso->loop_start[l]];
+        for (int k = iso->loop_start[l] + 1; k < iso->loop_start[l + 1]; k++) join(up, first, iso->loop_edge[k]);
+        if (iso->loop_mate[l] != NONE) join(up, first, iso->loop_edge[iso->loop_start[iso->loop_mate[l]]]);
+    }
+    /* a root is the smallest of its component, so it is numbered before its members are looked up */
+    for (int e = 0; e < iso->nedge; e++) {
+        int r = root_of(up, e);
+        if (r == e) iso->ncomp++;
+    }
+    int32_t *number = NEW(int32_t, iso->nedge);
+    for (int e = 0, n = 0; e < iso->nedge; e++) {
+        int r = root_of(up, e);
+        number[e] = r == e ? n++ : number[r];
+    }
+    mem_free(up);
+    iso->edge_comp = number;
+}
+
+static void count_euler(IsoSurface *iso)
+{
+    iso->comp_euler = NEW0(int32_t, iso->ncomp);
+    iso->comp_loops = NEW0(int32_t, iso->ncomp);
+    int32_t *sides = NEW0(int32_t, iso->ncomp);
+    for (int e = 0; e < iso->nedge; e++) iso->comp_euler[iso->edge_comp[e]]++;
+    for (int l = 0; l < iso->nloop; l++) {
+        int c = iso_loop_component(iso, l);
+        sides[c] += iso->loop_start[l + 1] - iso->loop_start[l];
+        iso->comp_euler[c] += iso->loop_mate[l] == NONE;
+        iso->comp_loops[c]++;
+    }
+    for (int c = 0; c < iso->ncomp; c++) iso->comp_euler[c] -= sides[c] / 2;
+    mem_free(sides);
+}
+
+void iso_build(IsoSurface *iso, const Field *field)
+{
+    *iso = (IsoSurface){.field = field};
+    Builder b = {.iso = iso};
+    size_t samples = (size_t)field->nbrick * LOCAL;
+    ASSERT(samples < INT32_MAX / 3);
+    iso->cell_index = NEW(int32_t, samples);
+    b.edge_id = NEW(int32_t, 3 * samples);
+    memset(iso->cell_index, 0xff, samples * sizeof(int32_t));
+    memset(b.edge_id, 0xff, 3 * samples * sizeof(int32_t));
+    find_neighbours(&b);
+    for (int k = 0; k < field->ncrossed; k++) scan_brick(&b, k);
+    RESERVE(iso->cell_loop, b.capcell, iso->ncell + 1);
+    RESERVE(iso->loop_start, b.caploop, iso->nloop + 1);
+    iso->cell_loop[iso->ncell] = iso->nloop;
+    iso->loop_start[iso->nloop] = b.nuse;
+    mem_free(b.edge_id);
+    mem_free(b.above);
+    find_components(iso);
+    count_euler(iso);
+}
+
+void iso_free(IsoSurface *iso)
+{
+    mem_free(iso->edge_comp);
+    mem_free(iso->edge_at);
+    mem_free(iso->cell_at);
+    mem_free(iso->cell_loop);
+    mem_free(iso->loop_start);
+    mem_free(iso->loop_edge);
+    mem_free(iso->loop_mate);
+    mem_free(iso->loop_plain);
+    mem_free(iso->cell_index);
+    mem_free(iso->comp_euler);
+    mem_free(iso->comp_loops);
+    *iso = (IsoSurface){0};
+}
+
+/* --- places --------------------------------------------------------------------------------------------------- */
+
+int iso_loop_component(const IsoSurface *iso, int loop) { return iso->edge_comp[iso->loop_edge[iso->loop_start[loop]]]; }
+
+Vec3 iso_edge_point(const IsoSurface *iso, int edge, double margin)
+{
+    const Field *f = iso->field;
+    int at = iso->edge_at[edge], axis = at % 3, local = at / 3 % LOCAL, brick = at / 3 / LOCAL;
+    int x = f->origin[brick][0] + (local & 7), y = f->origin[brick][1] + (local >> 3 & 7), z = f->origin[brick][2] + (local >> 6);
+    double F[8];
+    field_cell(f, brick, x, y, z, F);
+    double a = F[0], b = F[1 << axis];
+    Vec3 p = vec3(x, y, z);
+    v_set(&p, axis, v_get(p, axis) + real_clamp(a / (a - b), margin, 1 - margin));
+    return affine_to_world(&f->xform, p);
+}
+
+static int cell_of_index(const IsoSurface *iso, Vec3 q)
+{
+    double fx = floor(q.x), fy = floor(q.y), fz = floor(q.z), limit = 1 << 20;
+    if (!(fabs(fx) < limit && fabs(fy) < limit && fabs(fz) < limit)) return NONE;
+    int x = (int)fx, y = (int)fy, z = (int)fz, b = field_brick(iso->field, x, y, z);
+    return b == NONE ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
+}
+
+int iso_cell_at(const IsoSurface *iso, Vec3 p) { return cell_of_index(iso, affine_to_index(&iso->field->xform, p)); }
+
+/* Rounding puts a point that lies on a cell's face beside the cell: look a little around. */
+static int cell_near(const IsoSurface *iso, Vec3 p)
+{
+    const double d = 1e-3;
+    Vec3 q = affine_to_index(&iso->field->xform, p);
+    int c = cell_of_index(iso, q);
+    for (int k = 0; c == NONE && k < 27; k++) c = cell_of_index(iso, v_add(q, vec3(d * (k % 3 - 1), d * (k / 3 % 3 - 1), d * (k / 9 - 1))));
+    return c;
+}
+
+static double distance_to_loop(const IsoSurface *iso, int loop, Vec3 p)
+{
+    double best = 1e300;
+    Vec3 mean = vec3(0, 0, 0);
+    int n = iso->loop_start[loop + 1] - iso->loop_start[loop];
+    for (int k = iso->loop_start[loop]; k < iso->loop_start[loop + 1]; k++) {
+        Vec3 q = iso_edge_point(iso, iso->loop_edge[k], 0);
+        mean = v_axpy(mean, 1.0 / n, q);
+        best = real_min(best, v_len2(v_sub(q, p)));
+    }
+    return real_min(best, v_len2(v_sub(mean, p)));
+}
+
+int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
+{
+    int c = cell_near(iso, p), comp = NONE;
+    *sure = true;
+    if (c == NONE) return NONE;
+    int first = iso->cell_loop[c], last = iso->cell_loop[c + 1];
+    comp = iso_loop_component(iso, first);
+    for (int l = first + 1; l < last; l++)
+        if (iso_loop_component(iso, l) != comp) *sure = false;
+    if (*sure) return comp;
+    double best = 1e300;
+    for (int l = first; l < last; l++) {
+        double d = distance_to_loop(iso, l, p);
+        if (d < best) best = d, comp = iso_loop_component(iso, l);
+    }
+    return comp;
+}

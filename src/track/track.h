@@ -1,0 +1,72 @@
+/* track.h: the method: a surface followed through a sequence of fields by two meshes.
+ *
+ * track_frame is one frame of DESIGN's line  predict -> alter -> relax -> refine -> audit <-> mend -> refine:
+ * afterwards the mechanical and the geometric mesh of the frame can be taken as TriMesh (what is written is
+ * what was audited: positions are rounded to float32 inside). Everything here is deterministic in the fields,
+ * settings and thread-count-independent. */
+#pragma once
+#include "field/field.h"
+#include "mechanics/mechanics.h"
+#include "mesh/mesh.h"
+#include "mesh/trimesh.h"
+
+typedef enum TopologyKind { TOPOLOGY_EXACT, TOPOLOGY_NONE } TopologyKind;
+
+typedef struct TrackSettings {
+    double edge;               /* mean mechanical edge wanted; > 0 */
+    bool edge_in_voxels;       /* in voxels of the first frame with a surface, else world units */
+    double e_min, e_max;       /* 1, 2: collapse below e_min e-hat, split above e_max e-hat (2.5, 2.6.1) */
+    double eps_e;              /* 0.1: limit on the change of an edge's length, in e-hat */
+    int relax_steps;           /* quasi-static steps a frame; 2 */
+    MechanicsSettings mech;    /* mech.rest is set by the tracker */
+    double angle_deg;          /* alpha_r; 20; 180: no refinement at all */
+    int passes;                /* N_p; 4 */
+    double deviation_vox;      /* an edge midpoint farther from the surface than this is refined; 0: off */
+    TopologyKind topology;
+    double fps;                /* frames a second, for velocities */
+} TrackSettings;
+
+TrackSettings track_defaults(void);
+
+/* A frame's numbers: the report's line. All deterministic but `seconds`. */
+typedef struct FrameStat {
+    int components, triangles_mechanical, vertices_mechanical, triangles_geometric, vertices_geometric;
+    double edge_asked, edge_mean, edge_rest;          /* world units */
+    double edges_in_range;                            /* share within [0.5, 2] of edge_asked */
+    double min_angle_p5, min_angle_p50;               /* degrees, mechanical */
+    int predict_substeps;                             /* fields blended in time */
+    int splits, collapses, flips;
+    int relax_steps, cg_iterations;
+    double cg_residual;                               /* the last step's */
+    int projections_lost;
+    int inverted_found, inverted_left;                /* mechanical triangles; found before healing */
+    int inverted_left_geometric;
+    int frozen_vertices;
+    int audit_components, audit_euler;                /* of the grid's own isosurface */
+    int remade_components, remade_vertices;
+    int raw_components;                               /* left as raw marching cubes: the last resort's last resort */
+    int wrong_components;                             /* that differ from the grid after all mending; 0 in exact mode */
+    double ids_kept;                                  /* share of last frame's identities, in components not remade; NaN: none */
+    double distance_mean_vox, distance_max_vox;       /* geometric edge midpoints to the surface, by |F| / |grad F| */
+    int self_intersections;                           /* NONE: not looked for */
+    struct { double predict, alter, relax, audit, mend, refine; } seconds;
+} FrameStat;
+
+typedef struct Track Track;
+
+Track *track_open(const TrackSettings *set);
+void track_close(Track *tr);
+
+/* Takes the mesh to the field's surface. `field` is borrowed until the next call returns (it is the "last frame" of
+ * the next). `velocity` (may be NULL) is the grid of this frame, in world units a second. `frames` is the number
+ * of frame intervals since the last call (1, or more after skipped frames; ignored on the first call).
+ * False only for what the settings and the field make impossible (Err says it). */
+bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err);
+
+/* The meshes of the frame just tracked; the caller frees them. `open_border` leaves out what closes the surface beyond
+ * the grid's active bounding box. Either may be NULL. */
+void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric);
+
+/* The vertices of last frame's mesh carried to the field of the frame just tracked, for the last stretch of a run of
+ * animated glTF: velocity, then projection, held where that fails. pos, normal: [3*mesh->nvert]. */
+void track_carry(const Track *tr, const TriMesh *last, float *pos, float *normal);
