@@ -91,8 +91,9 @@ static bool parse_numbers(const OptionSpec *spec, OptionValue *v, Err *err)
     int most = spec->kind == OPTION_REALS3 || spec->kind == OPTION_INTS3 ? 3 : 1;
     int n = 0;
     do {
+        at += n > 0; /* the comma */
         if (!take_number(spec, &at, &v->real[n])) return fail_number(spec, v->text, err);
-    } while (++n < most && *at++ == ',');
+    } while (++n < most && *at == ',');
     if (n < most && n != 1) return fail_number(spec, v->text, err);
     if (n < most) v->real[1] = v->real[2] = v->real[0];
     v->in_voxels = spec->kind == OPTION_LENGTH && at[0] == 'v';
@@ -202,22 +203,18 @@ void options_free(Options *o)
 
 /* --- help ----------------------------------------------------------------------------------------- */
 
+/* " (0 to 180; default 20)" */
 static void print_range(FILE *out, const OptionSpec *spec)
 {
-    char all[200];
-    switch (spec->kind) {
-    case OPTION_CHOICE:
-    case OPTION_LIST:
-        choices_say(spec->choices, all, sizeof all);
-        fprintf(out, "; %s", all);
-        break;
-    case OPTION_REAL:
-    case OPTION_INT:
-    case OPTION_INTS3:
-    case OPTION_LENGTH: fprintf(out, "; %.9g to %.9g", spec->low, spec->high); break;
-    default: break;
-    }
-    if (spec->fallback) fprintf(out, " (%s)", spec->fallback);
+    char range[200] = "";
+    if (spec->choices)
+        choices_say(spec->choices, range, sizeof range);
+    else if (spec->low < spec->high)
+        snprintf(range, sizeof range, "%.9g to %.9g", spec->low, spec->high);
+    if (range[0] && spec->fallback)
+        fprintf(out, " (%s; default %s)", range, spec->fallback);
+    else if (range[0])
+        fprintf(out, " (%s)", range);
 }
 
 static void print_option(FILE *out, const OptionSpec *spec)

@@ -19,6 +19,7 @@ void stop_watch(void)
     sigaction(SIGTERM, &polite, NULL);
     struct sigaction ignore = {.sa_handler = SIG_IGN};
     sigaction(SIGPIPE, &ignore, NULL);
+    sigaction(SIGXFSZ, &ignore, NULL);
     came = 0;
 }
 

@@ -2,7 +2,8 @@
 #pragma once
 #include <stdbool.h>
 
-/* Installs the handlers; a second signal ends the program at once. SIGPIPE is ignored: a write says so instead. */
+/* Installs the handlers; a second signal ends the program at once. SIGPIPE and SIGXFSZ (a file
+ * past its limit) are ignored: the write fails and says so instead. */
 void stop_watch(void);
 /* The signal that came, or 0. */
 int stop_signal(void);

@@ -1,14 +1,24 @@
-/* file.h: files that bear their final name only when they are whole. */
+/* file.h: files that bear their final name only when they are whole.
+ *
+ * A failure is a sentence with the final path, the reason and the remedy, code ERR_OUTPUT; the part is
+ * removed then. (A limit set by `ulimit -f` is such a failure only where the program ignores SIGXFSZ.) */
 #pragma once
 #include "base/base.h"
 #include <stdio.h>
 
 typedef struct OutFile {
-    FILE *stream;
+    FILE *stream;      /* NULL: not open; may be read back and sought in as well */
     char *path, *part; /* part: path with ".part" behind it */
 } OutFile;
 
+/* Replaces a part that a killed run left behind. On failure *f is zeroed. */
 bool outfile_open(OutFile *f, const char *path, Err *err);
-/* Flushes, syncs, renames. On failure removes the part and says why (a full disk by name). Closes in any case. */
+/* Appends; the file stays open on failure, to be given up with outfile_abort. */
+bool outfile_write(OutFile *f, const void *data, size_t bytes, Err *err);
+/* Says why the last call on the stream failed (errno). Always false. */
+bool outfile_fail(const OutFile *f, Err *err);
+/* Flushes, syncs, renames. On failure removes the part and says why (a full disk by name). Closes in any
+ * case. */
 bool outfile_commit(OutFile *f, Err *err);
+/* Removes the part; does nothing on a zeroed OutFile. */
 void outfile_abort(OutFile *f);

@@ -1,29 +1,41 @@
-/* gltf.h: animated glTF of a mesh whose connectivity changes, streamed: memory of a few frames whatever the length.
+/* gltf.h: animated glTF of a mesh whose connectivity changes, streamed: memory of a few frames whatever the
+ * length.
  *
- * One node and mesh a *run* (a stretch of frames of one connectivity), cut into pieces of at most 8 morph targets
- * (DESIGN's GLTF notes): base POSITION and NORMAL at the piece's first frame, difference targets, a `weights` channel,
- * visibility by a STEP `scale` channel. Every run but the last ends with one more target: its connectivity carried
- * to the next run's first frame. Bytes go to PREFIX.bin.part as frames come; gltf_close assembles the file under a
- * temporary name, syncs and renames it. */
+ * One *run* is a stretch of frames of one connectivity, cut into pieces of at most 8 morph targets, a node
+ * and a mesh each: base POSITION and NORMAL at the piece's first frame, difference targets, a `weights`
+ * channel, visibility by a STEP `scale` channel. Every run but the last ends with one more target: its
+ * connectivity carried to the next run's first frame. The base also bears _ID and the attributes (of the
+ * run's first frame) and _VELOCITY (of the piece's). Frame k, counted from 0 with skipped frames, stands at k
+ * / fps seconds, rounded toward zero to float32; the last one is shown until the next would come.
+ *
+ * Bytes go to PREFIX.bin.part (PREFIX: the path without .glb or .gltf; PREFIX.1.bin.part and so on past 1 GiB
+ * each) as frames come; gltf_close assembles the file under a temporary name, syncs and renames it. A .glb
+ * that would pass 2^32-1 bytes becomes PREFIX.gltf with its .bin files. A call that failed has said why;
+ * after it gltf_close fails with the same sentence. No failure leaves a file under a final name, nor a part
+ * behind gltf_close or gltf_abort. */
 #pragma once
 #include "mesh/trimesh.h"
 
 typedef struct Gltf Gltf;
 
 typedef struct GltfOptions {
-    const char *path;    /* final name; .glb: binary, .gltf: JSON and .bin parts */
+    const char *path; /* final name; .glb: binary, .gltf: JSON and .bin parts */
     double fps;
-    const char *name;    /* of the nodes: "mechanical", "geometric" */
-    bool step;           /* hold each frame instead of interpolating */
+    const char *name;                   /* of the nodes: "mechanical", "geometric" */
+    bool step;                          /* hold each frame instead of interpolating */
+    void (*warn)(const char *sentence); /* called by gltf_close for a .glb that became .gltf; may be NULL */
 } GltfOptions;
 
-/* NULL on failure, with the sentence. */
+/* NULL on failure, with the sentence. The options are copied. */
 Gltf *gltf_open(const GltfOptions *options, Err *err);
-/* One frame. `carried_pos`, `carried_normal` ([3 * nvert of the last frame given]): where the last frame's connectivity
- * stands at this one's time; NULL when the connectivity is the same (trimesh_is_same_run) or this is the first. `frames`
- * is the number of frame intervals since the last call (normally 1; more after a skipped frame: nothing is shown between).
- * The mesh is copied. An empty mesh shows nothing. */
-bool gltf_add_frame(Gltf *g, const TriMesh *mesh, const float *carried_pos, const float *carried_normal, int frames, Err *err);
+/* One frame. `carried_pos`, `carried_normal` ([3 * nvert of the last frame given]): where the last frame's
+ * connectivity stands at this one's time; NULL when the connectivity is the same (trimesh_is_same_run) or
+ * this is the first; where the connectivity is another and they are NULL the surface stands still until this
+ * frame (normals alone NULL: they do). `frames` is the number of frame intervals since the last call
+ * (normally 1, also for the first; more after skipped frames: nothing is shown between, and a run ends). The
+ * mesh is copied. An empty mesh shows nothing, and serves for skipped frames at the end. */
+bool gltf_add_frame(Gltf *g, const TriMesh *mesh, const float *carried_pos, const float *carried_normal,
+                    int frames, Err *err);
 /* Writes the file and frees g, in any case. */
 bool gltf_close(Gltf *g, Err *err);
 /* Gives up: removes what was written, frees g. */
@@ -31,6 +43,6 @@ void gltf_abort(Gltf *g);
 
 typedef struct GltfStat {
     int runs;
-    double median_run;   /* frames */
+    double median_run; /* frames; 0 without runs */
 } GltfStat;
 GltfStat gltf_stat(const Gltf *g);

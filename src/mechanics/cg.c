@@ -4,15 +4,18 @@
 
 /* The conjugate gradient of Baraff and Witkin 1998 (5.3) on eq. 1, A = I - dt df/dx = I + dt K:
  * a vertex may not move along its normal n, so residual and directions are filtered by S = I - n n^T. The vectors
- * stay in the tangent planes, where S A S is symmetric and positive: the method is an ordinary conjugate gradient. */
+ * stay in the tangent planes, where S A S is symmetric and positive: an ordinary conjugate gradient. What a
+ * vertex does outside its plane is prescribed from without, by eq. 4 between the iterations (sharp.c).
+ *
+ * M, one number a vertex, is the preconditioner; it commutes with S. It earns a tenth of the iterations where
+ * valences are uneven (4 to 9); the full tangential block earned little more and cost two iterations to set up. */
 
 typedef struct Pass {
     Cg *cg;
     Elastic *el;
+    const Sharp *sh;
     double alpha, beta;
 } Pass;
-
-static Vec3 filtered(Vec3 n, Vec3 a) { return v_axpy(a, -v_dot(n, a), n); }
 
 static void reserve(Cg *cg, int nfree)
 {
@@ -23,7 +26,7 @@ static void reserve(Cg *cg, int nfree)
     RESIZE(cg->b, cg->cap);
     RESIZE(cg->r, cg->cap);
     RESIZE(cg->q, cg->cap);
-    RESIZE(cg->n, cg->cap);
+    RESIZE(cg->s, cg->cap);
     RESIZE(cg->pre, cg->cap);
     RESIZE(cg->sum, cg->cap / MECHANICS_GRAIN + 1);
 }
@@ -38,37 +41,19 @@ static double total(const Cg *cg, int n, int which)
 
 static void run(Pass *ps, ParallelFn *fn) { parallel_for(ps->el->nfree, MECHANICS_GRAIN, fn, ps); }
 
-/* The inverse of S A_vv S within the tangent plane, 0 along n: the inverse of (S A_vv S + n n^T), less n n^T. */
-static Sym3 tangent_inverse(const Sym3 *a, Vec3 n)
-{
-    /* S A S = A - n c^T - c n^T + (n . A n) n n^T, c = A n */
-    Vec3 c = sym_mul(a, n);
-    Vec3 g = v_axpy(c, -0.5 * (v_dot(n, c) + 1), n); /* the 1 adds n n^T */
-    double xx = a->m[0] - 2 * n.x * g.x, xy = a->m[1] - n.x * g.y - n.y * g.x, xz = a->m[2] - n.x * g.z - n.z * g.x;
-    double yy = a->m[3] - 2 * n.y * g.y, yz = a->m[4] - n.y * g.z - n.z * g.y, zz = a->m[5] - 2 * n.z * g.z;
-    double cxx = yy * zz - yz * yz, cxy = xz * yz - xy * zz, cxz = xy * yz - xz * yy;
-    double s = 1 / (xx * cxx + xy * cxy + xz * cxz);
-    return (Sym3){{s * cxx - n.x * n.x, s * cxy - n.x * n.y, s * cxz - n.x * n.z, s * (xx * zz - xz * xz) - n.y * n.y,
-                   s * (xy * xz - xx * yz) - n.y * n.z, s * (xx * yy - xy * xy) - n.z * n.z}};
-}
-
 /* x = 0, r = S b, p = M r. */
 static void pass_start(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
     Cg *cg = ps->cg;
-    const MechanicsProblem *prob = ps->el->prob;
     double dt = ps->el->set->dt, rr = 0, rz = 0;
     for (int v = begin; v < end; v++) {
-        Vec3 n = prob->normal[ps->el->vert[v]];
-        Sym3 a = elastic_diagonal(ps->el, v);
-        for (int i = 0; i < 6; i++) a.m[i] = dt * a.m[i] + (i == 0 || i == 3 || i == 5 ? 1 : 0);
-        cg->n[v] = n;
-        cg->pre[v] = tangent_inverse(&a, n);
+        cg->s[v] = sharp_filter(ps->sh, v, ps->el->prob->normal[ps->el->vert[v]]);
+        cg->pre[v] = 1 / (1 + dt * elastic_diagonal(ps->el, v));
         cg->b[v] = v_scale(elastic_gather(ps->el, v), dt);
         cg->x[v] = vec3(0, 0, 0);
-        cg->r[v] = filtered(n, cg->b[v]);
-        cg->p[v] = sym_mul(&cg->pre[v], cg->r[v]);
+        cg->r[v] = sym_mul(&cg->s[v], cg->b[v]);
+        cg->p[v] = v_scale(cg->r[v], cg->pre[v]);
         rr += v_len2(cg->r[v]);
         rz += v_dot(cg->r[v], cg->p[v]);
     }
@@ -77,21 +62,22 @@ static void pass_start(void *ctx, int begin, int end)
     sum[1] = rz;
 }
 
-/* q = S A p after elastic_apply(p). */
+/* q = A p after elastic_apply(p). */
 static void pass_product(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
     Cg *cg = ps->cg;
     double dt = ps->el->set->dt, pq = 0;
     for (int v = begin; v < end; v++) {
-        Vec3 q = filtered(cg->n[v], v_axpy(cg->p[v], dt, elastic_gather(ps->el, v)));
+        Vec3 q = v_axpy(cg->p[v], dt, elastic_gather(ps->el, v));
         cg->q[v] = q;
         pq += v_dot(cg->p[v], q);
     }
     cg->sum[begin / MECHANICS_GRAIN][0] = pq;
 }
 
-/* x += alpha p, r -= alpha q, z = M r; z takes q's place. */
+/* x += alpha p, r = S (r - alpha q), z = M r; z takes q's place. Filtering the sum rather than q leaves no rounding
+ * along the normals to pile up in r. */
 static void pass_update(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
@@ -99,8 +85,8 @@ static void pass_update(void *ctx, int begin, int end)
     double alpha = ps->alpha, rr = 0, rz = 0;
     for (int v = begin; v < end; v++) {
         cg->x[v] = v_axpy(cg->x[v], alpha, cg->p[v]);
-        Vec3 r = v_axpy(cg->r[v], -alpha, cg->q[v]);
-        Vec3 z = sym_mul(&cg->pre[v], r);
+        Vec3 r = sym_mul(&cg->s[v], v_axpy(cg->r[v], -alpha, cg->q[v]));
+        Vec3 z = v_scale(r, cg->pre[v]);
         cg->r[v] = r;
         cg->q[v] = z;
         rr += v_len2(r);
@@ -127,8 +113,8 @@ static void pass_residual(void *ctx, int begin, int end)
     double dt = ps->el->set->dt, rr = 0, rz = 0, zo = 0;
     for (int v = begin; v < end; v++) {
         Vec3 ax = v_axpy(cg->x[v], dt, elastic_gather(ps->el, v));
-        Vec3 r = filtered(cg->n[v], v_sub(cg->b[v], ax));
-        Vec3 z = sym_mul(&cg->pre[v], r);
+        Vec3 r = sym_mul(&cg->s[v], v_sub(cg->b[v], ax));
+        Vec3 z = v_scale(r, cg->pre[v]);
         rr += v_len2(r);
         rz += v_dot(r, z);
         zo += v_dot(z, cg->r[v]);
@@ -152,7 +138,7 @@ CgStat cg_solve(Cg *cg, Elastic *el, Sharp *sh)
 {
     const MechanicsSettings *set = el->set;
     const int n = el->nfree;
-    Pass ps = {.cg = cg, .el = el};
+    Pass ps = {.cg = cg, .el = el, .sh = sh};
     reserve(cg, n);
     cg->x[n] = cg->p[n] = vec3(0, 0, 0);
     run(&ps, pass_start);
@@ -194,7 +180,7 @@ void cg_free(Cg *cg)
     mem_free(cg->b);
     mem_free(cg->r);
     mem_free(cg->q);
-    mem_free(cg->n);
+    mem_free(cg->s);
     mem_free(cg->pre);
     mem_free(cg->sum);
     *cg = (Cg){0};

@@ -28,6 +28,17 @@ static Vec3 unit_across(Vec3 n, Vec3 x)
     return v_unit(v_cross(axis, x));
 }
 
+/* Turns the frame x, y, in which v = (vx, 0) and w = (wx, wy > 0), to the rotation nearest to the triangle's
+ * deformation gradient G: tan = (G21 - G12) / (G11 + G22). */
+static ElementFrame polar_frame(Vec3 x, Vec3 y, double vx, double wx, double wy)
+{
+    const double h = 0.5 * sqrt(3.0); /* for side 1: only ratios count */
+    double c = vx + wy / h, s = -(wx - 0.5 * vx) / h, l = sqrt(c * c + s * s);
+    c /= l;
+    s /= l;
+    return (ElementFrame){v_axpy(v_scale(x, c), s, y), v_axpy(v_scale(y, c), -s, x)};
+}
+
 ElementFrame element_frame(const Vec3 p[3], const Vec3 normal[3], bool inverted, int *turn)
 {
     double len2[3];
@@ -40,7 +51,8 @@ ElementFrame element_frame(const Vec3 p[3], const Vec3 normal[3], bool inverted,
     if (!(len2[longest] > 0)) return (ElementFrame){0};
 
     /* the height over the longest edge against that edge: |u-v x u-w| / |u-v|^2 */
-    bool flat = v_len(v_area2(p[0], p[1], p[2])) <= ELEMENT_FLAT * len2[longest];
+    double least = ELEMENT_FLAT * len2[longest];
+    bool flat = v_len2(v_area2(p[0], p[1], p[2])) <= least * least;
     int t = flat || inverted ? longest : 0;
     *turn = t;
     Vec3 u = p[t], v = p[(t + 1) % 3], w = p[(t + 2) % 3];
@@ -48,17 +60,17 @@ ElementFrame element_frame(const Vec3 p[3], const Vec3 normal[3], bool inverted,
     if (flat) return (ElementFrame){x, unit_across(normal[(t + 2) % 3], x)};
     Vec3 uw = v_sub(w, u);
     Vec3 y = v_unit(v_axpy(uw, -v_dot(uw, x), x));
-    return (ElementFrame){x, inverted ? v_scale(y, -1) : y};
+    if (inverted) return (ElementFrame){x, v_scale(y, -1)};
+    return polar_frame(x, y, v_dot(v_sub(v, u), x), v_dot(uw, x), v_dot(uw, y));
 }
 
 void element_force(double k[6][6], double rest, const ElementFrame *frame, const Vec3 uvw[3], Vec3 f[3])
 {
-    /* d = R^T x - x0 relative to u; v^y is 0 by the choice of the frame. Of an inverted element y is reflected, so
-     * that b1 reads -w^y - w0^y as in 2.6.2. */
-    Vec3 a = v_sub(uvw[1], uvw[0]), b = v_sub(uvw[2], uvw[0]);
-    double a0 = v_dot(frame->x, a) - rest;
-    double b0 = v_dot(frame->x, b) - 0.5 * rest, b1 = v_dot(frame->y, b) - 0.5 * sqrt(3.0) * rest;
-    Vec3 d1 = v_scale(frame->x, a0), d2 = v_axpy(v_scale(frame->x, b0), b1, frame->y);
-    element_apply(k, frame, vec3(0, 0, 0), d1, d2, f);
+    /* d = R^T x - x0 relative to u. Of an inverted element y is reflected, so that d's last component reads
+     * -w^y - w0^y as in 2.6.2. */
+    const Vec3 v0 = v_scale(frame->x, rest), up = v_scale(frame->y, 0.5 * sqrt(3.0) * rest);
+    Vec3 dv = v_sub(v_sub(uvw[1], uvw[0]), v0);
+    Vec3 dw = v_sub(v_sub(uvw[2], uvw[0]), v_axpy(up, 0.5, v0));
+    element_apply(k, frame, vec3(0, 0, 0), dv, dw, f); /* reads the parts along x and y only */
     for (int i = 0; i < 3; i++) f[i] = v_scale(f[i], -1);
 }

@@ -4,8 +4,9 @@
  * residual and directions are filtered into the tangent planes of the surface, so that vertices slide and do not
  * leave it. Forces: corotational triangles with one shared stiffness and one equilateral rest shape
  * (f = -R K (R^T x - x0): eq. 2 with the restoring sign), or springs along the edges (what the papers compare with).
- * A triangle told to be inverted gets the recovering displacement of 2.6.2. The constraint of eq. 4 keeps vertices
- * on sharp features inside the iterations. The landing on the surface after the step is the caller's. */
+ * A triangle told to be inverted gets the recovering displacement of 2.6.2. The constraint of eq. 4 draws vertices
+ * to sharp features inside the iterations; there they slide along a ridge only, and dx may leave the tangent plane.
+ * The landing on the surface after the step is the caller's. */
 #pragma once
 #include "base/base.h"
 #include "base/vec.h"
@@ -31,7 +32,7 @@ typedef struct MechanicsProblem {
     int nvert, ntri;
     const Vec3 *pos;          /* [nvert] on the surface */
     const int32_t *tri;       /* [3*ntri] counter-clockwise from outside */
-    const Vec3 *normal;       /* [nvert] outward unit normals of the field: the constraint planes */
+    const Vec3 *normal;       /* [nvert] outward unit normals of the field: the constraint planes; 0: no constraint */
     const Vec3 *tri_normal;   /* [ntri] outward unit normals of the field at the centroids; only for sharp, else NULL */
     const uint8_t *inverted;  /* [ntri] 1: recover (2.6.2); NULL: none is */
     const uint8_t *frozen;    /* [nvert] 1: does not move; NULL: none is */

@@ -14,11 +14,14 @@
 /* Items a block of parallel_for takes: sums are kept by block, so changing it changes the last bits of results. */
 enum { MECHANICS_GRAIN = 512 };
 
-/* A triangle lower than this share of its longest edge has no orientation of its own: float32 positions are no better. */
+/* A triangle lower than this share of its longest edge has no orientation of its own: float32 positions are no
+ * better than that. */
 #define ELEMENT_FLAT 1e-6
-/* cos 30 degrees: vertices whose triangles' field normals spread by more are on a sharp feature (eq. 4). Smaller
- * angles take in ordinary curvature, larger ones leave blunt ridges unsampled. */
-#define SHARP_COS 0.86602540378443865
+/* cos 40 and cos 20 degrees: an edge across which the field's normal turns by more lies on a sharp feature (eq. 4). An
+ * edge length e turns that far on a sphere of radius 0.83 e: a smaller angle takes ordinary droplets for
+ * features and holds their vertices, a larger one leaves blunt ridges unsampled. */
+#define SHARP_COS 0.76604444311897804
+#define SHARP_COS_HALF 0.93969262078590838
 
 /* --- element.c: the plane-stress triangle -------------------------------------------------------- */
 
@@ -31,10 +34,13 @@ typedef struct ElementFrame {
     Vec3 x, y;
 } ElementFrame;
 
-/* Local frame of the triangle p: x along u->v, w on the side of y, u = p[turn], v = p[turn + 1], w = p[turn + 2].
- * Inverted (2.6.2): w is the vertex of the smallest height and y is reflected, so that the triangle seems to
- * have passed through the edge u-v and is pushed back through it. A triangle without area takes its side
- * from the outward normals of its vertices; one without length gets a zero frame and so no force. */
+/* Local frame of the triangle p with u = p[turn], v = p[turn + 1], w = p[turn + 2]: x along u->v, w on the side of
+ * y, then turned within the plane to the polar rotation. (A frame left on u->v depends on which edge comes first
+ * and puts a torque on the triangle: a skin of such elements never rests, but creeps by a hundredth of an edge
+ * a step.)
+ * Inverted (2.6.2): w is the vertex of the smallest height, x stays on u->v and y is reflected, so that the
+ * triangle seems to have passed through the edge u-v and is pushed back through it. A triangle without area takes
+ * its side from the outward normals of its vertices; one without length gets a zero frame and so no force. */
 ElementFrame element_frame(const Vec3 p[3], const Vec3 normal[3], bool inverted, int *turn);
 
 /* f = -R K (R^T x - x0) of eq. 2 with the restoring sign, on u, v, w (already turned). */
@@ -57,8 +63,8 @@ static inline void element_apply(double k[6][6], const ElementFrame *frame, Vec3
 
 /* --- spring.c: springs along the edges ----------------------------------------------------------- */
 
-/* -df/dx of a spring of length l along the unit vector d: k d d^T + k max(0, 1 - rest/l) (I - d d^T). The clamp keeps it
- * positive when the spring is compressed. */
+/* -df/dx of a spring of length l along the unit vector d: k d d^T + k max(0, 1 - rest/l) (I - d d^T). The clamp keeps
+ * it positive when the spring is compressed. */
 typedef struct Spring {
     Vec3 d;
     double along, across;
@@ -124,8 +130,8 @@ void elastic_build(Elastic *el, const MechanicsSettings *set, const MechanicsPro
 void elastic_free(Elastic *el);
 /* part = -df/dx d of every element; d[nfree+1] with d[nfree] = 0. */
 void elastic_apply(Elastic *el, const Vec3 *d);
-/* The diagonal block of -df/dx at a free vertex. */
-Sym3 elastic_diagonal(const Elastic *el, int v);
+/* What -df/dx puts on a free vertex's diagonal: the mean over the directions of the tangent plane. */
+double elastic_diagonal(const Elastic *el, int v);
 
 /* Sum of the parts at a free vertex. */
 static inline Vec3 elastic_gather(const Elastic *el, int v)
@@ -137,10 +143,19 @@ static inline Vec3 elastic_gather(const Elastic *el, int v)
 
 /* --- sharp.c: the constraint of eq. 4 ------------------------------------------------------------ */
 
+typedef enum SharpKind {
+    SHARP_NOT,
+    SHARP_RIDGE,  /* moves along the ridge only, but for eq. 4 */
+    SHARP_CORNER, /* moves by eq. 4 only */
+    SHARP_ROUND,  /* moves in its tangent plane and by eq. 4 */
+} SharpKind;
+
 typedef struct Sharp {
-    int nvert;       /* sharp free vertices */
+    int nvert;       /* sharp free vertices; 0: none, and what follows is not filled in */
     int32_t *vert;   /* [nvert] */
     Vec3 *move;      /* [nvert] */
+    uint8_t *kind;   /* [nfree] SharpKind */
+    Vec3 *ridge;     /* [nfree] unit direction, of ridge vertices */
     int32_t *node;   /* [3*ntri] free vertices of the triangles */
     Incidence inc;   /* of node */
     int cap_vert, cap_node;
@@ -148,6 +163,8 @@ typedef struct Sharp {
 
 /* Finds the sharp vertices: none when set->sharp is off or there are no triangle normals. */
 void sharp_build(Sharp *sh, const Elastic *el);
+/* The filter S of a free vertex: I - n n^T, t t^T along a ridge, 0 at a corner. */
+Sym3 sharp_filter(const Sharp *sh, int v, Vec3 normal);
 /* Moves the iterate x[nfree] of the sharp vertices by eq. 4. All see the same x: no order. */
 void sharp_correct(Sharp *sh, const Elastic *el, Vec3 *x);
 void sharp_free(Sharp *sh);
@@ -157,13 +174,13 @@ void sharp_free(Sharp *sh);
 typedef struct Cg {
     Vec3 *x, *p;            /* [nfree+1] iterate and direction; the last is zero: every frozen vertex */
     Vec3 *b, *r, *q;        /* [nfree] right side, residual, A p and the preconditioned residual */
-    Vec3 *n;                /* [nfree] constraint normals */
-    Sym3 *pre;              /* [nfree] the preconditioner, tangential */
+    Sym3 *s;                /* [nfree] the filter */
+    double *pre;            /* [nfree] the preconditioner: one over the diagonal */
     double (*sum)[3];       /* [blocks] partial dot products */
     int cap;
 } Cg;
 
-/* Solves S (I + dt K) S x = S dt f of the model just built, S = I - n n^T by vertex. */
+/* Solves S (I - dt df/dx) S x = S dt f of the model just built. */
 CgStat cg_solve(Cg *cg, Elastic *el, Sharp *sh);
 void cg_free(Cg *cg);
 

@@ -1,13 +1,69 @@
 #include "mechanics/mechanics_priv.h"
 
-/* Whether the field normals of the vertex's triangles spread by more than the threshold. */
-static bool is_sharp(const Sharp *sh, const Vec3 *normal, int v)
+#include "base/thread.h"
+
+/* GI'07 eq. 4 as printed moves p along grad F(p), where the tangent filter and the landing undo it. With the normals m
+ * of the field at the *centroids* (Ohtake, Belyaev, Pasko 2003) it draws p to the planes of its triangles, and
+ * where these are two or three planes, to their ridge or corner.
+ *
+ * Alone it does not hold: the triangles of p's own face go on pulling p off the ridge, and the filter hides the pull of
+ * the others. So on a ridge p is free along the ridge only, at a corner not at all, and eq. 4 has the other
+ * directions to itself: what Baraff and Witkin call a prescribed displacement. */
+
+typedef struct Pass {
+    Sharp *sh;
+    const Elastic *el;
+    Vec3 *x;
+} Pass;
+
+/* --- who is sharp -------------------------------------------------------------------------------- */
+
+/* Whether all triangles of v face within half the threshold of one of them, so that no two differ by all of it; a
+ * vertex of an inverted triangle has to be unfolded first and counts as smooth, too. */
+static bool is_smooth(const Sharp *sh, const MechanicsProblem *prob, int v)
 {
     int begin = sh->inc.first[v], end = sh->inc.first[v + 1];
+    bool alike = true;
+    for (int i = begin; i < end; i++) {
+        int t = sh->inc.slot[i] / 3;
+        if (prob->inverted && prob->inverted[t]) return true;
+        alike &= v_dot(prob->tri_normal[t], prob->tri_normal[sh->inc.slot[begin] / 3]) > SHARP_COS_HALF;
+    }
+    return alike;
+}
+
+/* Counts the edges of v across which the field's normal turns by the threshold: two make a ridge, more a corner. If it
+ * turns at every edge, v may as well be the tip of a droplet of few triangles: it has to stay free. */
+static SharpKind kind_of(const Sharp *sh, const MechanicsProblem *prob, int v, Vec3 *ridge)
+{
+    int begin = sh->inc.first[v], end = sh->inc.first[v + 1], nturn = 0, nedge = 0;
+    double most = 0;
     for (int i = begin; i < end; i++)
-        for (int j = begin; j < i; j++)
-            if (v_dot(normal[sh->inc.slot[i] / 3], normal[sh->inc.slot[j] / 3]) < SHARP_COS) return true;
-    return false;
+        for (int j = begin; j < end; j++) {
+            int a = sh->inc.slot[i], b = sh->inc.slot[j];
+            Vec3 ma = prob->tri_normal[a / 3], mb = prob->tri_normal[b / 3], across = v_cross(ma, mb);
+            if (v_len2(across) > most) {
+                most = v_len2(across);
+                *ridge = v_scale(across, 1 / sqrt(most));
+            }
+            /* triangle a ends at the edge where b begins: vertex before v in a, after v in b */
+            int before = prob->tri[a % 3 == 0 ? a + 2 : a - 1], after = prob->tri[b % 3 == 2 ? b - 2 : b + 1];
+            if (i == j || before != after) continue;
+            nedge++;
+            nturn += v_dot(ma, mb) < SHARP_COS;
+        }
+    if (nturn < 2) return SHARP_NOT;
+    if (nturn == 2) return most > 0 ? SHARP_RIDGE : SHARP_NOT;
+    return nturn < nedge ? SHARP_CORNER : SHARP_ROUND;
+}
+
+static void pass_kind(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    Sharp *sh = ps->sh;
+    const MechanicsProblem *prob = ps->el->prob;
+    for (int v = begin; v < end; v++)
+        sh->kind[v] = is_smooth(sh, prob, v) ? SHARP_NOT : (uint8_t)kind_of(sh, prob, v, &sh->ridge[v]);
 }
 
 void sharp_build(Sharp *sh, const Elastic *el)
@@ -22,15 +78,29 @@ void sharp_build(Sharp *sh, const Elastic *el)
     if (el->nfree > sh->cap_vert) {
         sh->cap_vert = int_max(el->nfree, 2 * sh->cap_vert);
         RESIZE(sh->vert, sh->cap_vert);
+        RESIZE(sh->kind, sh->cap_vert);
+        RESIZE(sh->ridge, sh->cap_vert);
         RESIZE(sh->move, sh->cap_vert);
     }
+    parallel_for(el->nfree, MECHANICS_GRAIN, pass_kind, &(Pass){sh, el, NULL});
     for (int v = 0; v < el->nfree; v++)
-        if (is_sharp(sh, prob->tri_normal, v)) sh->vert[sh->nvert++] = v;
+        if (sh->kind[v] != SHARP_NOT) sh->vert[sh->nvert++] = v;
 }
 
-/* Eq. 4 with the gradient at each centroid (Ohtake, Belyaev, Pasko 2003):
- * (1 / sum A) sum A [(c - p) . m] m  over the triangles of p, m the field's unit normal at the centroid. */
-static Vec3 sharp_move(const Sharp *sh, const Elastic *el, const Vec3 *x, int v)
+Sym3 sharp_filter(const Sharp *sh, int v, Vec3 normal)
+{
+    SharpKind kind = sh->nvert > 0 ? (SharpKind)sh->kind[v] : SHARP_NOT;
+    if (kind == SHARP_CORNER) return (Sym3){{0}};
+    Vec3 a = kind == SHARP_RIDGE ? sh->ridge[v] : normal;
+    double one = kind == SHARP_RIDGE ? 0 : 1, s = 1 - 2 * one;
+    return (Sym3){{one + s * a.x * a.x, s * a.x * a.y, s * a.x * a.z, one + s * a.y * a.y, s * a.y * a.z,
+                   one + s * a.z * a.z}};
+}
+
+/* --- eq. 4 --------------------------------------------------------------------------------------- */
+
+/* (1 / sum A) sum A [(c - p) . m] m  over the triangles of p, with the iterate's areas A and centroids c. */
+static Vec3 move_of(const Sharp *sh, const Elastic *el, const Vec3 *x, int v)
 {
     const MechanicsProblem *prob = el->prob;
     Vec3 p = v_add(prob->pos[el->vert[v]], x[v]), sum = {0};
@@ -47,9 +117,15 @@ static Vec3 sharp_move(const Sharp *sh, const Elastic *el, const Vec3 *x, int v)
     return area > 0 ? v_scale(sum, 1 / area) : vec3(0, 0, 0);
 }
 
+static void pass_move(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    for (int i = begin; i < end; i++) ps->sh->move[i] = move_of(ps->sh, ps->el, ps->x, ps->sh->vert[i]);
+}
+
 void sharp_correct(Sharp *sh, const Elastic *el, Vec3 *x)
 {
-    for (int i = 0; i < sh->nvert; i++) sh->move[i] = sharp_move(sh, el, x, sh->vert[i]);
+    parallel_for(sh->nvert, MECHANICS_GRAIN, pass_move, &(Pass){sh, el, x});
     for (int i = 0; i < sh->nvert; i++) x[sh->vert[i]] = v_add(x[sh->vert[i]], sh->move[i]);
 }
 
@@ -57,6 +133,8 @@ void sharp_free(Sharp *sh)
 {
     mem_free(sh->vert);
     mem_free(sh->move);
+    mem_free(sh->kind);
+    mem_free(sh->ridge);
     mem_free(sh->node);
     mem_free(sh->inc.first);
     mem_free(sh->inc.slot);

@@ -1,0 +1,7 @@
+/* command.h: the program's commands. Each takes the arguments behind its name and returns the exit status. */
+#pragma once
+
+/* argv[0] is the program's name. Says what went wrong on standard error. */
+int command_run(int argc, char **argv);
+
+int mesh_command(int argc, char **argv);

@@ -1,0 +1,110 @@
+#include "cli/job.h"
+
+#include "base/thread.h"
+
+#include <math.h>
+#include <string.h>
+
+static void request_fill(VolumeRequest *r, const Options *o)
+{
+    *r = (VolumeRequest){
+        .grid = option_text(o, OPT_GRID),
+        .velocity = option_text(o, OPT_VELOCITY),
+        .raw_type = option_text(o, OPT_TYPE),
+        .raw_order = option_text(o, OPT_ORDER),
+    };
+    for (int i = 0; i < 3; i++) {
+        r->raw_dims[i] = (int)o->value[OPT_DIMS].real[i];
+        r->spacing[i] = o->value[OPT_SPACING].real[i];
+        r->origin[i] = o->value[OPT_ORIGIN].real[i];
+    }
+}
+
+/* The method's own defaults stand where nothing was given; a unit test holds the table to them. */
+static void track_fill(TrackSettings *set, const Options *o)
+{
+    *set = track_defaults();
+    if (option_given(o, OPT_EDGE)) {
+        set->edge = option_real(o, OPT_EDGE);
+        set->edge_in_voxels = o->value[OPT_EDGE].in_voxels;
+    }
+    const struct {
+        OptionId id;
+        double *to;
+    } real[] = {
+        {OPT_E_MIN, &set->e_min},         {OPT_E_MAX, &set->e_max},          {OPT_EPS_E, &set->eps_e},
+        {OPT_ANGLE, &set->angle_deg},     {OPT_DEVIATION, &set->deviation_vox}, {OPT_YOUNG, &set->mech.young},
+        {OPT_POISSON, &set->mech.poisson}, {OPT_DT, &set->mech.dt},
+    };
+    for (size_t i = 0; i < sizeof real / sizeof *real; i++)
+        if (option_given(o, real[i].id)) *real[i].to = option_real(o, real[i].id);
+    if (option_given(o, OPT_PASSES)) set->passes = option_int(o, OPT_PASSES);
+    if (option_given(o, OPT_RELAX_STEPS)) set->relax_steps = option_int(o, OPT_RELAX_STEPS);
+    if (option_given(o, OPT_CG_ITERATIONS)) {
+        set->mech.cg_iterations = option_int(o, OPT_CG_ITERATIONS);
+        set->mech.cg_tolerance = 0;
+    }
+    set->mech.kind = option_choice(o, OPT_MECHANICS) == 0 ? MECHANICS_FEM : MECHANICS_SPRING;
+    set->topology = option_choice(o, OPT_TOPOLOGY) == 0 ? TOPOLOGY_EXACT : TOPOLOGY_NONE;
+    set->fps = option_real(o, OPT_FPS);
+}
+
+static bool job_check(const MeshJob *job, const Options *o, Err *err)
+{
+    if (!job->prefix)
+        return fail(err, ERR_USAGE, "-o PREFIX is missing: give the beginning of the output names, such as -o out/splash");
+    if (job->prefix[strlen(job->prefix) - 1] == '/')
+        return fail(err, ERR_USAGE, "--output %s: names a folder; give the beginning of file names in it too, such as %smesh",
+                    job->prefix, job->prefix);
+    if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
+    if (option_choice(o, OPT_TOPOLOGY) == 1) return fail(err, ERR_USAGE, "--topology papers: not in this version");
+    if (!(job->track.e_min < job->track.e_max))
+        return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
+                    job->track.e_max);
+    if (o->noperand == 0)
+        return fail(err, ERR_USAGE, "no frames are named: give files, a pattern such as phi.####.vdb, a folder, or - for "
+                                    "names on standard input");
+    return true;
+}
+
+bool job_make(MeshJob *job, const Options *o, Err *err)
+{
+    static const int side[] = {1, -1};
+    *job = (MeshJob){
+        .prefix = option_text(o, OPT_OUTPUT),
+        .formats = o->value[OPT_FORMAT].set,
+        .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
+        .print = option_given(o, OPT_PRINT),
+        .frames = option_text(o, OPT_FRAMES),
+        .on_error = (OnError)option_choice(o, OPT_ON_ERROR),
+        .iso = option_given(o, OPT_ISO) ? option_real(o, OPT_ISO) : NAN,
+        .inside = option_given(o, OPT_INSIDE) ? side[option_choice(o, OPT_INSIDE)] : 0,
+        .open_border = option_choice(o, OPT_BORDER) == 1,
+        .velocity_units = option_given(o, OPT_VELOCITY_UNITS)
+                              ? (VelocityUnits)option_choice(o, OPT_VELOCITY_UNITS)
+                              : VELOCITY_BY_GRID,
+        .threads = option_given(o, OPT_THREADS) ? option_int(o, OPT_THREADS) : thread_hardware_count(),
+        .loudness = option_given(o, OPT_QUIET)     ? LOUD_QUIET
+                    : option_given(o, OPT_VERBOSE) ? LOUD_VERBOSE
+                                                   : LOUD_NORMAL,
+    };
+    request_fill(&job->request, o);
+    track_fill(&job->track, o);
+    return job_check(job, o, err);
+}
+
+void job_echo(const Options *o, const char *version, FILE *report)
+{
+    ReportSetting setting[OPTION_COUNT];
+    char number[OPTION_COUNT][32];
+    int n = 0;
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        const OptionSpec *spec = &option_table[i];
+        if (!spec->echo) continue;
+        bool is_number = spec->kind == OPTION_REAL || spec->kind == OPTION_INT;
+        if (is_number) snprintf(number[n], sizeof number[n], "%.9g", o->value[i].real[0]);
+        const char *text = is_number && o->value[i].text ? number[n] : o->value[i].text;
+        setting[n++] = (ReportSetting){.name = spec->name, .text = text, .is_number = is_number};
+    }
+    report_write_settings(report, version, n, setting);
+}

@@ -1,0 +1,33 @@
+/* job.h: what one run of `twinmesh mesh` is to do: the options, checked and turned into settings. */
+#pragma once
+#include "cli/console.h"
+#include "cli/options.h"
+#include "io/volume.h"
+#include "report/report.h"
+#include "track/track.h"
+
+enum { FORMAT_PLY = 1, FORMAT_GLB = 2, FORMAT_GLTF = 4, FORMAT_VAT = 8 }; /* bits, as options.def lists them */
+typedef enum OnError { ON_ERROR_STOP, ON_ERROR_SKIP, ON_ERROR_HOLD } OnError;
+typedef enum VelocityUnits { VELOCITY_BY_GRID = -1, VELOCITY_WORLD, VELOCITY_VOXEL, VELOCITY_MANTAFLOW } VelocityUnits;
+
+/* Texts are borrowed from argv. */
+typedef struct MeshJob {
+    const char *prefix;
+    unsigned formats;
+    bool gltf_step, print;
+    const char *frames;         /* A-B[xS]; NULL: all */
+    OnError on_error;
+    VolumeRequest request;
+    double iso;                 /* NaN: by the grid */
+    int inside;                 /* 1 above, -1 below, 0 by the grid */
+    bool open_border;
+    VelocityUnits velocity_units;
+    TrackSettings track;
+    int threads;
+    Loudness loudness;
+} MeshJob;
+
+bool job_make(MeshJob *job, const Options *o, Err *err);
+
+/* The settings as the report's first line has them. */
+void job_echo(const Options *o, const char *version, FILE *report);

@@ -1,0 +1,31 @@
+/* outputs.h: the files of a run: meshes as PLY and glTF, report and timings.
+ *
+ * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
+ * bears its final name before it is whole: PLYs after their frame, the others when the run ends, early or not. */
+#pragma once
+#include "cli/job.h"
+#include "io/file.h"
+#include "io/gltf.h"
+
+enum { KIND_MECHANICAL, KIND_GEOMETRIC, KIND_COUNT };
+enum { GLTF_FILE_COUNT = 2 }; /* .glb, .gltf */
+
+typedef struct Outputs {
+    const MeshJob *job;
+    OutFile report, timings;
+    Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
+    char *gltf_path[KIND_COUNT][GLTF_FILE_COUNT];
+    TriMesh last[KIND_COUNT];
+    int nframe;                              /* shown so far */
+} Outputs;
+
+/* False leaves nothing behind. */
+bool outputs_open(Outputs *o, const MeshJob *job, Err *err);
+/* The meshes of the frame just tracked. `frames`: intervals since the last one shown. */
+bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int frames, Err *err);
+/* The last meshes once more. */
+bool outputs_hold_frame(Outputs *o, const char *label, int frames, Err *err);
+/* Ends and names what is open; everything is tried, err tells of the first failure. */
+bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *err);
+/* Removes what is open. */
+void outputs_abort(Outputs *o);

@@ -1,0 +1,172 @@
+#include "cli/reader.h"
+
+#include "cli/stop.h"
+#include "cli/velocity.h"
+
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <signal.h>
+#include <string.h>
+#include <time.h>
+
+struct Reader {
+    const MeshJob *job;
+    Sequence *sequence;
+    /* only the thread's: the surface is chosen once, by the first frame that holds anything */
+    bool chosen;
+    FieldSpec spec;
+    /* shared, under the lock */
+    pthread_mutex_t lock;
+    pthread_cond_t changed;
+    pthread_t thread;
+    ReadFrame slot;
+    bool full, quit, ended;
+};
+
+void readframe_free(ReadFrame *f)
+{
+    field_free(&f->field);
+    if (f->has_velocity) grid_free(&f->velocity);
+    mem_free(f->path);
+    *f = (ReadFrame){0};
+}
+
+static void choose_surface(Reader *r, const Volume *v, ReadFrame *f)
+{
+    if (r->chosen) return;
+    SurfaceChoice choice = volume_choose_surface(v, r->job->iso, r->job->inside);
+    r->spec = choice.spec;
+    if (grid_is_empty(&v->surface)) return; /* a guess that serves this frame only */
+    r->chosen = true;
+    memcpy(f->surface, choice.why, sizeof f->surface);
+}
+
+static bool read_frame(Reader *r, ReadFrame *f)
+{
+    Volume v = {0};
+    if (!volume_read(f->path, &r->job->request, &v, &f->err)) return false;
+    choose_surface(r, &v, f);
+    Err err;
+    bool good = field_build(&f->field, &v.surface, &r->spec, &err);
+    if (!good) fail(&f->err, err.code, "%s: %s", f->path, err.text);
+    if (good && v.has_velocity) {
+        f->units = velocity_units_of(&v.velocity, r->job->request.velocity, r->job->velocity_units);
+        velocity_to_world(&v.velocity, f->units);
+        f->velocity = v.velocity;
+        f->has_velocity = true;
+        v.velocity = (Grid){0};
+        v.has_velocity = false;
+    }
+    volume_free(&v);
+    return good;
+}
+
+static void next_frame(Reader *r, ReadFrame *f)
+{
+    double start = console_clock();
+    SequenceFrame next;
+    *f = (ReadFrame){0};
+    if (!sequence_next(r->sequence, &next)) {
+        f->end = true;
+        return;
+    }
+    f->path = mem_text(next.path);
+    snprintf(f->label, sizeof f->label, "%s", next.label);
+    f->good = read_frame(r, f);
+    f->seconds = console_clock() - start;
+}
+
+static void *reader_run(void *context)
+{
+    Reader *r = context;
+    for (bool more = true; more;) {
+        pthread_mutex_lock(&r->lock);
+        while (r->full && !r->quit) pthread_cond_wait(&r->changed, &r->lock);
+        more = !r->quit;
+        pthread_mutex_unlock(&r->lock);
+        if (!more) break;
+
+        ReadFrame frame;
+        next_frame(r, &frame);
+        more = !frame.end;
+
+        pthread_mutex_lock(&r->lock);
+        r->slot = frame;
+        r->full = true;
+        pthread_cond_signal(&r->changed);
+        pthread_mutex_unlock(&r->lock);
+    }
+    pthread_mutex_lock(&r->lock);
+    r->ended = true;
+    pthread_cond_signal(&r->changed);
+    pthread_mutex_unlock(&r->lock);
+    return NULL;
+}
+
+/* Its only use: to interrupt a read of standard input that nothing comes to. */
+static void wake(int number)
+{
+    (void)number;
+}
+
+Reader *reader_open(const MeshJob *job, Sequence *sequence, Err *err)
+{
+    struct sigaction nudge = {.sa_handler = wake};
+    sigemptyset(&nudge.sa_mask);
+    sigaction(SIGUSR1, &nudge, NULL);
+    Reader *r = NEW0(Reader, 1);
+    r->job = job;
+    r->sequence = sequence;
+    pthread_mutex_init(&r->lock, NULL);
+    pthread_cond_init(&r->changed, NULL);
+    if (pthread_create(&r->thread, NULL, reader_run, r) == 0) return r;
+    fail(err, ERR_RESOURCE, "no thread could be had to read frames");
+    mem_free(r);
+    return NULL;
+}
+
+/* Waits a tenth of a second at most. The lock is held. */
+static void wait_a_little(Reader *r)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += 100 * 1000 * 1000;
+    if (until.tv_nsec >= 1000 * 1000 * 1000) {
+        until.tv_sec++;
+        until.tv_nsec -= 1000 * 1000 * 1000;
+    }
+    pthread_cond_timedwait(&r->changed, &r->lock, &until);
+}
+
+bool reader_take(Reader *r, ReadFrame *out)
+{
+    pthread_mutex_lock(&r->lock);
+    while (!r->full && !stop_signal()) wait_a_little(r);
+    bool have = !stop_signal();
+    if (have) {
+        *out = r->slot;
+        r->full = false;
+        pthread_cond_signal(&r->changed);
+    }
+    pthread_mutex_unlock(&r->lock);
+    return have;
+}
+
+void reader_close(Reader *r)
+{
+    if (!r) return;
+    pthread_mutex_lock(&r->lock);
+    r->quit = true;
+    pthread_cond_signal(&r->changed);
+    while (!r->ended) {
+        wait_a_little(r);
+        if (!r->ended) pthread_kill(r->thread, SIGUSR1);
+    }
+    pthread_mutex_unlock(&r->lock);
+    pthread_join(r->thread, NULL);
+    if (r->full && !r->slot.end) readframe_free(&r->slot);
+    pthread_mutex_destroy(&r->lock);
+    pthread_cond_destroy(&r->changed);
+    mem_free(r);
+}

@@ -1,0 +1,261 @@
+#include "io/gltf_priv.h"
+#include "io/bytes.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+/* --- the animation ------------------------------------------------------------------------ */
+
+/* Toward zero: a player that asks for frame / fps must find the key at or before that time. */
+static float key_time(const Gltf *g, int frame)
+{
+    double t = frame / g->fps;
+    float f = (float)t;
+    return (double)f > t ? nextafterf(f, 0) : f;
+}
+
+static int store_times(Gltf *g, const int *frame, int n, Err *err)
+{
+    float time[GLTF_TARGETS + 1];
+    for (int k = 0; k < n; k++) time[k] = key_time(g, frame[k]);
+    return gltf_store_keys(g, time, n, 1, true, err);
+}
+
+/* Row 0 rests at the base, row k shows target k - 1 alone. */
+static int store_identity(Gltf *g, int ntarget, Err *err)
+{
+    float weight[(GLTF_TARGETS + 1) * GLTF_TARGETS] = {0};
+    for (int k = 0; k < ntarget; k++) weight[(k + 1) * ntarget + k] = 1;
+    return gltf_store_keys(g, weight, (ntarget + 1) * ntarget, 1, false, err);
+}
+
+typedef struct Visibility {
+    int n, frame[4], shown[4];
+} Visibility;
+
+/* When a piece is shown, among `frames` frames: the clip lasts until the last one was seen. */
+static Visibility piece_visibility(const GltfPiece *p, bool is_last, int frames)
+{
+    Visibility v = {0};
+    int shown_at_end = p->until == frames;
+    if (p->from > 0) v.frame[v.n] = 0, v.shown[v.n++] = 0;
+    v.frame[v.n] = p->from, v.shown[v.n++] = 1;
+    v.frame[v.n] = p->until, v.shown[v.n++] = shown_at_end;
+    if (is_last && !shown_at_end) v.frame[v.n] = frames, v.shown[v.n++] = 0;
+    return v;
+}
+
+static int store_scales(Gltf *g, const Visibility *v, Err *err)
+{
+    float scale[3 * 4];
+    for (int k = 0; k < 3 * v->n; k++) scale[k] = (float)v->shown[k / 3];
+    return gltf_store_keys(g, scale, v->n, 3, false, err);
+}
+
+/* The accessors of all channels. The outputs take few shapes, which the pieces share. */
+static bool store_animation(Gltf *g, Err *err)
+{
+    int identity[GLTF_TARGETS + 1], scales[16];
+    for (int k = 0; k <= GLTF_TARGETS; k++) identity[k] = NONE;
+    for (int k = 0; k < 16; k++) scales[k] = NONE;
+    int frames = g->frame + 1;
+    for (int i = 0; i < g->doc.npiece && frames > 1; i++) {
+        GltfPiece *p = &g->doc.piece[i];
+        if (p->ntarget) {
+            int *rows = &identity[p->ntarget];
+            if (*rows == NONE) *rows = store_identity(g, p->ntarget, err);
+            p->weights_out = *rows;
+            p->weights_in = *rows == NONE ? NONE : store_times(g, p->key, p->ntarget + 1, err);
+            if (p->weights_in == NONE) return false;
+        }
+        Visibility v = piece_visibility(p, i + 1 == g->doc.npiece, frames);
+        /* `from > 0` and what follows the 1 tell the shapes apart */
+        int *shape = &scales[(p->from > 0) + 2 * v.shown[v.n - 1] + 4 * (v.n - (p->from > 0) > 2)];
+        if (*shape == NONE) *shape = store_scales(g, &v, err);
+        p->scale_out = *shape;
+        p->scale_in = *shape == NONE ? NONE : store_times(g, v.frame, v.n, err);
+        if (p->scale_in == NONE) return false;
+    }
+    return true;
+}
+
+/* --- JSON with its buffers ------------------------------------------------------------------------ */
+
+typedef struct Text {
+    char *s;
+    size_t n, cap;
+} Text;
+
+static void text_add(Text *t, const char *s, size_t n)
+{
+    RESERVE(t->s, t->cap, t->n + n + 1);
+    memcpy(t->s + t->n, s, n);
+    t->n += n;
+    t->s[t->n] = 0;
+}
+
+/* The last component of the part's name, percent-encoded, so that it is both a URI and a JSON string. */
+static void text_add_uri(Text *t, const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    for (const char *c = slash ? slash + 1 : path; *c; c++) {
+        char code[4];
+        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9') ||
+                     strchr("-._~", *c);
+        if (plain)
+            text_add(t, c, 1);
+        else
+            text_add(t, code, (size_t)snprintf(code, sizeof code, "%%%02X", (unsigned)(unsigned char)*c));
+    }
+}
+
+static uint64_t sum_of_parts(const Gltf *g)
+{
+    uint64_t sum = 0;
+    for (int p = 0; p < g->doc.npart; p++) sum += g->doc.part_bytes[p];
+    return sum;
+}
+
+static void text_add_buffers(Text *t, const Gltf *g)
+{
+    char head[64];
+    int n = g->doc.one_buffer ? g->doc.npart > 0 : g->doc.npart;
+    if (n == 0) return;
+    text_add(t, "\"buffers\":[", 11);
+    for (int p = 0; p < n; p++) {
+        uint64_t bytes = g->doc.one_buffer ? sum_of_parts(g) : g->doc.part_bytes[p];
+        text_add(t, head,
+                 (size_t)snprintf(head, sizeof head, "%s{\"byteLength\":%llu", p ? "," : "",
+                                  (unsigned long long)bytes));
+        if (!g->doc.one_buffer) {
+            text_add(t, ",\"uri\":\"", 8);
+            text_add_uri(t, g->part[p].path);
+            text_add(t, "\"", 1);
+        }
+        text_add(t, "}", 1);
+    }
+    text_add(t, "],", 2);
+}
+
+/* tinygltf would want to hold the bytes of a buffer that it names, hence the list is set into its text. */
+static bool make_text(Gltf *g, bool one_buffer, Text *t, Err *err)
+{
+    g->doc.one_buffer = one_buffer;
+    char *json = gltf_make_json(&g->doc, err);
+    if (!json) return false;
+    ASSERT(json[0] == '{' && json[1] == '"');
+    text_add(t, "{", 1);
+    text_add_buffers(t, g);
+    text_add(t, json + 1, strlen(json + 1));
+    mem_free(json);
+    return true;
+}
+
+/* --- the two kinds of file ------------------------------------------------------------------------ */
+
+/* Copies a part behind the file and removes it, so that the disk holds one part twice at most. */
+static bool move_part(OutFile *file, OutFile *part, Err *err)
+{
+    enum { BLOCK = 1 << 20 };
+    if (fflush(part->stream) != 0) return outfile_fail(part, err);
+    if (fseeko(part->stream, 0, SEEK_SET) != 0) return outfile_fail(part, err);
+    uint8_t *block = NEW(uint8_t, BLOCK);
+    bool ok = true;
+    size_t n;
+    while (ok && (n = fread(block, 1, BLOCK, part->stream)) > 0) ok = outfile_write(file, block, n, err);
+    if (ok && ferror(part->stream)) ok = outfile_fail(part, err);
+    mem_free(block);
+    outfile_abort(part);
+    return ok;
+}
+
+static bool put_chunk(OutFile *file, uint64_t bytes, uint32_t kind, Err *err)
+{
+    uint8_t head[8];
+    put_u32(head, (uint32_t)bytes);
+    put_u32(head + 4, kind);
+    return outfile_write(file, head, sizeof head, err);
+}
+
+static uint64_t glb_bytes(const Gltf *g, const Text *json)
+{
+    uint64_t bin = sum_of_parts(g);
+    return 12 + 8 + (((uint64_t)json->n + 3) & ~(uint64_t)3) + (bin ? 8 + bin : 0);
+}
+
+static bool write_glb(Gltf *g, const Text *json, Err *err)
+{
+    OutFile file;
+    if (!outfile_open(&file, g->path, err)) return false;
+    uint64_t bin = sum_of_parts(g), filling = -(uint64_t)json->n & 3;
+    uint8_t head[12];
+    put_u32(head, 0x46546c67); /* glTF */
+    put_u32(head + 4, 2);
+    put_u32(head + 8, (uint32_t)glb_bytes(g, json));
+    bool ok = outfile_write(&file, head, sizeof head, err) &&
+              put_chunk(&file, json->n + filling, 0x4e4f534a /* JSON */, err) &&
+              outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "   ", filling, err);
+    if (ok && bin) ok = put_chunk(&file, bin, 0x004e4942 /* BIN */, err);
+    for (int p = 0; p < g->doc.npart && ok; p++) ok = move_part(&file, &g->part[p], err);
+    if (ok) return outfile_commit(&file, err);
+    outfile_abort(&file);
+    return false;
+}
+
+/* The JSON comes last: until it is there, the .bin files are nothing. */
+static bool write_gltf(Gltf *g, const char *path, const Text *json, Err *err)
+{
+    OutFile file;
+    if (!outfile_open(&file, path, err)) return false;
+    bool ok = outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "\n", 1, err);
+    char **done = NEW(char *, g->doc.npart);
+    int ndone = 0;
+    for (; ndone < g->doc.npart && ok; ndone++) {
+        done[ndone] = mem_text(g->part[ndone].path);
+        ok = outfile_commit(&g->part[ndone], err);
+    }
+    if (ok) ok = outfile_commit(&file, err);
+    outfile_abort(&file);
+    for (int p = 0; p < ndone; p++) {
+        if (!ok) remove(done[p]);
+        mem_free(done[p]);
+    }
+    mem_free(done);
+    return ok;
+}
+
+/* PREFIX.gltf in place of PREFIX.glb. */
+static bool write_outgrown(Gltf *g, Err *err)
+{
+    size_t size = strlen(g->prefix) + sizeof ".gltf";
+    char *path = NEW(char, size), sentence[1000];
+    snprintf(path, size, "%s.gltf", g->prefix);
+    Text json = {0};
+    bool ok = make_text(g, false, &json, err) && write_gltf(g, path, &json, err);
+    if (ok && g->warn) {
+        snprintf(sentence, sizeof sentence,
+                 "%.400s: larger than a .glb can be; %.400s and its .bin files were written instead", g->path,
+                 path);
+        g->warn(sentence);
+    }
+    mem_free(json.s);
+    mem_free(path);
+    return ok;
+}
+
+bool gltf_assemble(Gltf *g, Err *err)
+{
+    if (!store_animation(g, err)) return false;
+    Text json = {0};
+    bool ok = make_text(g, g->binary, &json, err);
+    if (ok && !g->binary)
+        ok = write_gltf(g, g->path, &json, err);
+    else if (ok && glb_bytes(g, &json) <= g->glb_bytes)
+        ok = write_glb(g, &json, err);
+    else if (ok)
+        ok = write_outgrown(g, err);
+    mem_free(json.s);
+    return ok;
+}

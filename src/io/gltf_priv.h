@@ -1,0 +1,111 @@
+/* gltf_priv.h: what the files behind gltf.h share.
+ *
+ * gltf.c cuts frames into runs and pieces; gltf_store.c keeps the streams of bytes and the tables of views
+ * and accessors into them; gltf_file.c makes the animation at the end and assembles the file; gltf.cpp turns
+ * the tables into JSON with tinygltf. All that is known of the frames already written is in the flat tables
+ * of GltfDoc. */
+#pragma once
+#include "io/file.h"
+#include "io/gltf.h"
+
+enum {
+    GLTF_TARGETS = 8, /* of a mesh at most: the specification promises viewers no more */
+    GLTF_U16 = 5123,  /* component types and targets, as the specification numbers them */
+    GLTF_U32 = 5125,
+    GLTF_F32 = 5126,
+    GLTF_ARRAY = 34962,
+    GLTF_INDEX = 34963,
+};
+#define GLTF_PART_BYTES ((uint64_t)1 << 30)      /* of a .bin file */
+#define GLTF_GLB_BYTES (((uint64_t)1 << 32) - 1) /* a .glb counts itself in 32 bits */
+
+typedef struct GltfView {
+    int part, stride, target; /* stride and target: 0 for none */
+    uint64_t offset, bytes;   /* offset: within the part */
+} GltfView;
+
+typedef struct GltfAccessor {
+    int view, component, width; /* width: 1 scalar, 2 or 3 vector */
+    uint64_t offset;            /* within the view */
+    int64_t count;
+    bool has_range;
+    float lo[3], hi[3]; /* [width], exact */
+} GltfAccessor;
+
+typedef struct GltfAttribute {
+    char *name; /* with its leading underscore */
+    int accessor;
+} GltfAttribute;
+
+typedef struct GltfRun {
+    int frames; /* shown */
+    int index, id;
+    int attr, nattr; /* rows of doc.attr */
+} GltfRun;
+
+typedef struct GltfPiece {
+    int run;
+    int from, until;                /* frames: shown in [from, until) */
+    int position, normal, velocity; /* velocity: NONE where it is not known */
+    int target, ntarget;            /* accessors: target + 2 k position, behind it the normal */
+    int key[GLTF_TARGETS + 1];      /* frames of the base and the targets */
+    int weights_in, weights_out, scale_in, scale_out; /* accessors, made at the end; NONE: no channel */
+} GltfPiece;
+
+typedef struct GltfDoc {
+    const char *name;
+    bool step;
+    bool one_buffer;      /* GLB: the parts follow each other in one buffer */
+    uint64_t *part_bytes; /* [npart] */
+    GltfView *view;
+    GltfAccessor *accessor;
+    GltfAttribute *attr;
+    GltfRun *run;
+    GltfPiece *piece;
+    int npart, nview, naccessor, nattr, nrun, npiece;
+    int cap_part, cap_view, cap_accessor, cap_attr, cap_run, cap_piece;
+} GltfDoc;
+
+struct Gltf {
+    GltfDoc doc;
+    char *path, *prefix, *name;
+    bool binary;
+    double fps;
+    void (*warn)(const char *sentence);
+    uint64_t part_bytes, glb_bytes; /* limits; lower in tests */
+    OutFile *part;                  /* [doc.npart] */
+    int frame;                      /* of the last mesh given; -1 before the first */
+    bool open;                      /* doc's last piece takes targets */
+    TriMesh last, now;              /* copies of the last mesh and the one being added, without attributes */
+    float *base_pos, *base_normal;  /* of the open piece */
+    Err broken;                     /* code ERR_NONE while nothing failed */
+};
+
+/* --- gltf_store.c --- */
+
+/* Each stores the values as little-endian bytes and returns the accessor, or NONE after a failure.
+ * `minus`: NULL, or what is taken off each value. */
+int gltf_store_vec3(Gltf *g, const float *v, const float *minus, int n, bool with_range, Err *err);
+int gltf_store_scalars(Gltf *g, const float *v, int n, Err *err);
+/* As 16-bit where the vertices allow it. */
+int gltf_store_indices(Gltf *g, const TriMesh *mesh, Err *err);
+/* As floats where they hold them exactly, else as pairs of 16-bit halves, low first. */
+int gltf_store_ids(Gltf *g, const TriMesh *mesh, Err *err);
+/* Animation data: `count` rows of `width` floats that no vertex reads; ranges only for width 1. */
+int gltf_store_keys(Gltf *g, const float *v, int count, int width, bool with_range, Err *err);
+
+/* --- gltf_file.c --- */
+
+/* Adds the animation, writes the final file; parts are gone or renamed afterwards. */
+bool gltf_assemble(Gltf *g, Err *err);
+
+/* --- gltf.cpp --- */
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+/* The JSON of the whole file but for its `buffers`, compact, to be freed with mem_free. NULL on failure. */
+char *gltf_make_json(const GltfDoc *doc, Err *err);
+#ifdef __cplusplus
+}
+#endif

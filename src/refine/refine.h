@@ -1,0 +1,44 @@
+/* refine.h: the geometric mesh, made anew from the mechanical one at every frame (GI'07 section 3).
+ *
+ * Passes of marking and cutting. An edge is marked when the normals at its ends differ by more than alpha_r; when the
+ * normals at the centroids of two neighbouring triangles do, the *other* edges of both are; beyond the paper, an edge
+ * whose midpoint lies farther than `deviation` from the surface is. One, two or three marked edges cut a triangle into
+ * 2, 3 or 4 without T-vertices; of the two diagonals that two marks leave, the one along the lesser curvature. New
+ * points are landed on the surface; one that would turn a triangle against the surface stays on its edge.
+ *
+ * Refine remembers last frame's marks: a marked edge stays marked until it is well below the limits (hysteresis), and
+ * its midpoint keeps its identity, so that connectivity holds still while the surface is calm. */
+#pragma once
+#include "field/field.h"
+#include "mesh/mesh.h"
+
+typedef struct RefineSettings {
+    double angle_deg;     /* alpha_r; 180 or more: no refinement, an exact copy */
+    int passes;           /* N_p, 0 ... 8 */
+    double deviation_vox; /* 0: off */
+} RefineSettings;
+
+typedef struct RefinedMesh {
+    int nvert, ntri, capvert, captri;
+    Vec3 *pos;            /* [nvert] rounded to float32; the mechanical vertices come first, in their order */
+    Vec3 *normal;         /* [nvert] outward unit normals of the smooth field */
+    int32_t *id;          /* [nvert] */
+    int32_t (*ends)[2];   /* [nvert] the vertices whose midpoint this is; NONE for mechanical ones */
+    int32_t *tri;         /* [3*ntri] */
+    int32_t *parent;      /* [ntri] mechanical triangle */
+} RefinedMesh;
+
+typedef struct Refine {
+    Map marked;           /* last frame's marked edges, by the identities of their ends: the midpoint's identity */
+} Refine;
+
+typedef struct RefineStat {
+    int lost;             /* midpoints that found no surface, or were sent back to their edge */
+    double mean_vox, max_vox; /* distance of the finished edges' midpoints from the surface, by |F| / |grad F| */
+    int inverted;         /* triangles left inverted */
+} RefineStat;
+
+/* `mech` must be compact. Fresh identities are taken from *next_id. `out` must be zero or from an earlier call: its columns are reused. */
+RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set, int32_t *next_id, RefinedMesh *out);
+void refine_free(Refine *memory);
+void refined_free(RefinedMesh *m);

@@ -1,0 +1,127 @@
+/* alter.c: GI'07 2.5, and the coarsening of marching cubes' triangles. */
+#include "remesh/remesh_priv.h"
+
+/* --- the paper's alteration -------------------------------------------------------------------------------------- */
+
+/* This step's changes become next step's locks. */
+static void age_flags(Mesh *m)
+{
+    for (int h = 0; h < 3 * m->ntri; h++) m->flag[h] = m->flag[h] & EDGE_FLAGGED ? EDGE_LOCKED : 0;
+}
+
+static bool is_inverted(const Remesh *r, int t)
+{
+    const int32_t *c = r->mesh->corner + 3 * t;
+    return field_triangle_inverted(r->field, r->mesh->pos[c[0]], r->mesh->pos[c[1]], r->mesh->pos[c[2]]);
+}
+
+static double change_of(const Mesh *m, int h) { return m->length[h] < 0 ? 0 : mesh_edge_length(m, h) - (double)m->length[h]; }
+
+static int alter_split(Remesh *r, const AlterRules *rules)
+{
+    Mesh *m = r->mesh;
+    int32_t *edge;
+    int n = remesh_edges_by_length(m, rules->e_max * rules->rest, 1e300, true, &edge), splits = 0;
+    for (int i = 0; i < n; i++) {
+        int h = edge[i];
+        if (m->flag[h] || change_of(m, h) <= -rules->eps * rules->rest) continue; /* it has been shrinking */
+        if (is_inverted(r, h / 3) || is_inverted(r, m->opp[h] / 3)) continue;     /* 2.6.1: would make more of them */
+        remesh_split(r, h);
+        splits++;
+    }
+    mem_free(edge);
+    return splits;
+}
+
+static int alter_collapse(Remesh *r, const AlterRules *rules)
+{
+    Mesh *m = r->mesh;
+    int32_t *edge;
+    int n = remesh_edges_by_length(m, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
+    for (int i = 0; i < n; i++) {
+        int h = edge[i];
+        if (tri_is_dead(m, h / 3) || m->flag[h] || mesh_edge_length(m, h) >= rules->e_min * rules->rest) continue;
+        if (change_of(m, h) >= rules->eps * rules->rest) continue; /* it has been stretching */
+        collapses += remesh_try_collapse(r, h, EDGE_LONGEST * r->edge);
+    }
+    mem_free(edge);
+    return collapses;
+}
+
+RemeshStat remesh_alter(Remesh *r, const AlterRules *rules)
+{
+    RemeshStat stat = {0};
+    age_flags(r->mesh);
+    stat.splits = alter_split(r, rules);
+    stat.collapses = alter_collapse(r, rules);
+    return stat;
+}
+
+/* --- coarsening -------------------------------------------------------------------------------------------------- */
+
+#define COARSEN_SHORT 0.72 /* edges below this are collapsed, */
+#define COARSEN_LONG 1.4   /* edges above this are split, in edges wanted: the mean comes out at 1 */
+
+static int collapse_below(Remesh *r, double limit)
+{
+    Mesh *m = r->mesh;
+    int32_t *edge;
+    int n = remesh_edges_by_length(m, -1, limit, false, &edge), collapses = 0;
+    uint8_t *moved = NEW0(uint8_t, m->nvert);
+    for (int i = 0; i < n; i++) {
+        int h = edge[i];
+        if (tri_is_dead(m, h / 3) || mesh_edge_length(m, h) >= limit) continue;
+        int a = he_from(m, h), b = he_to(m, h);
+        if (!remesh_try_collapse(r, h, EDGE_LONGEST * r->edge)) continue;
+        moved[vert_is_dead(m, a) ? b : a] = 1;
+        collapses++;
+    }
+    mem_free(edge);
+    remesh_land(r, moved, 0.5 * r->edge);
+    mem_free(moved);
+    return collapses;
+}
+
+static int split_above(Remesh *r, double limit)
+{
+    int32_t *edge;
+    int n = remesh_edges_by_length(r->mesh, limit, 1e300, true, &edge);
+    for (int i = 0; i < n; i++) remesh_split(r, edge[i]);
+    mem_free(edge);
+    return n;
+}
+
+static void forget_steps(Mesh *m)
+{
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        m->flag[h] = 0;
+        m->length[h] = -1;
+    }
+}
+
+RemeshStat remesh_coarsen(Remesh *r)
+{
+    static const double LIMIT[] = {0.25, 0.4, 0.55, COARSEN_SHORT};
+    RemeshStat stat = {0};
+    for (int k = 0; k < 4; k++) {
+        stat.collapses += collapse_below(r, LIMIT[k] * r->edge);
+        stat.flips += remesh_flip(r, 0.05);
+    }
+    for (int k = 0; k < 3; k++) {
+        remesh_smooth(r, 2);
+        stat.splits += split_above(r, COARSEN_LONG * r->edge);
+        stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge);
+        stat.flips += remesh_flip(r, 0.05);
+    }
+    remesh_smooth(r, 2);
+    stat.flips += remesh_flip(r, 0.1);
+    /* normals keep their place beside the vertices while the dead are swept out */
+    int32_t *to = NEW(int32_t, r->mesh->nvert);
+    int n = r->mesh->nvert;
+    mesh_compact(r->mesh, to);
+    for (int v = 0; v < n; v++)
+        if (to[v] != NONE) r->normal[to[v]] = r->normal[v];
+    mem_free(to);
+    forget_steps(r->mesh);
+    return stat;
+}

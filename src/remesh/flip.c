@@ -1,0 +1,32 @@
+#include "remesh/remesh_priv.h"
+
+/* What the quad a d b c around h looks like with either diagonal. */
+static void compare_diagonals(const Remesh *r, int h, Fitness *now, Fitness *then, double *length)
+{
+    const Mesh *m = r->mesh;
+    int g = m->opp[h], v[4] = {he_from(m, h), he_to(m, h), m->corner[he_prev(h)], m->corner[he_prev(g)]};
+    Vec3 p[4], n[4];
+    for (int k = 0; k < 4; k++) p[k] = m->pos[v[k]], n[k] = r->normal[v[k]];
+    *now = triangle_fitness((Vec3[3]){p[0], p[1], p[2]}, (Vec3[3]){n[0], n[1], n[2]});
+    fitness_worsen(now, triangle_fitness((Vec3[3]){p[1], p[0], p[3]}, (Vec3[3]){n[1], n[0], n[3]}));
+    *then = triangle_fitness((Vec3[3]){p[3], p[2], p[0]}, (Vec3[3]){n[3], n[2], n[0]});
+    fitness_worsen(then, triangle_fitness((Vec3[3]){p[2], p[3], p[1]}, (Vec3[3]){n[2], n[3], n[1]}));
+    *length = v_dist(p[2], p[3]);
+}
+
+int remesh_flip(Remesh *r, double gain)
+{
+    Mesh *m = r->mesh;
+    int flips = 0;
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (tri_is_dead(m, h / 3) || h > m->opp[h]) continue;
+        Fitness now, then;
+        double length;
+        compare_diagonals(r, h, &now, &then, &length);
+        if (then.quality < now.quality + gain || length > EDGE_LONGEST * r->edge) continue;
+        if (then.facing < real_min(FACING_MIN, now.facing) || !mesh_can_flip(m, h)) continue;
+        mesh_flip_edge(m, h);
+        flips++;
+    }
+    return flips;
+}

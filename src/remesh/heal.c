@@ -1,0 +1,98 @@
+/* heal.c: inverted triangles (GI'07 2.6) that forces did not turn back. */
+#include "remesh/remesh_priv.h"
+
+enum { ROUNDS_MAX = 6 };
+
+static bool inverted_with(const Remesh *r, int t, int v, Vec3 p)
+{
+    const Mesh *m = r->mesh;
+    Vec3 q[3];
+    for (int k = 0; k < 3; k++) q[k] = m->corner[3 * t + k] == v ? p : m->pos[m->corner[3 * t + k]];
+    if (!(v_len2(v_area2(q[0], q[1], q[2])) > 0)) return true;
+    return field_triangle_inverted(r->field, q[0], q[1], q[2]);
+}
+
+/* Inverted triangles around v if it stood at p; those that hold `without` do not count. */
+static int count_ring(const Remesh *r, int v, Vec3 p, int without)
+{
+    const Mesh *m = r->mesh;
+    int n = 0, h = m->out[v];
+    do {
+        if (he_to(m, h) == without || m->corner[he_prev(h)] == without) continue;
+        n += inverted_with(r, h / 3, v, p);
+    } while ((h = he_around(m, h)) != m->out[v]);
+    return n;
+}
+
+static bool heal_by_flip(Remesh *r, int t)
+{
+    Mesh *m = r->mesh;
+    for (int k = 0; k < 3; k++) {
+        int h = 3 * t + k, g = m->opp[h];
+        if (!mesh_can_flip(m, h)) continue;
+        Vec3 a = m->pos[he_from(m, h)], b = m->pos[he_to(m, h)], c = m->pos[m->corner[he_prev(h)]], d = m->pos[m->corner[he_prev(g)]];
+        if (!(v_len2(v_area2(d, c, a)) > 0) || !(v_len2(v_area2(c, d, b)) > 0)) continue;
+        if (field_triangle_inverted(r->field, d, c, a) || field_triangle_inverted(r->field, c, d, b)) continue;
+        mesh_flip_edge(m, h);
+        return true;
+    }
+    return false;
+}
+
+static bool heal_by_collapse(Remesh *r, int t)
+{
+    Mesh *m = r->mesh;
+    for (int k = 0; k < 3; k++) {
+        int h = 3 * t + k, a = he_from(m, h), b = he_to(m, h);
+        if (!mesh_can_collapse(m, h)) continue;
+        Vec3 mid = v_mid(m->pos[a], m->pos[b]);
+        field_project(r->field, 1, &mid, 0.5 * r->edge, NULL);
+        Vec3 place[3] = {mid, m->pos[a], m->pos[b]};
+        for (int i = 0; i < 3; i++) {
+            if (count_ring(r, a, place[i], b) || count_ring(r, b, place[i], a)) continue;
+            mesh_collapse_edge(m, h, place[i]);
+            r->normal[a] = remesh_normal_at(r, place[i]);
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool heal_by_move(Remesh *r, int t)
+{
+    Mesh *m = r->mesh;
+    for (int k = 0; k < 3; k++) {
+        int v = m->corner[3 * t + k], h = m->out[v], n = 0;
+        Vec3 mean = vec3(0, 0, 0);
+        do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
+        while ((h = he_around(m, h)) != m->out[v]);
+        mean = v_scale(mean, 1.0 / n);
+        int before = count_ring(r, v, m->pos[v], NONE);
+        for (int i = 0; i < 3; i++) {
+            Vec3 p = v_mix(m->pos[v], mean, 1 - 0.35 * i);
+            if (field_project(r->field, 1, &p, 0.6 * r->edge, NULL) != 0 || count_ring(r, v, p, NONE) >= before) continue;
+            m->pos[v] = p;
+            r->normal[v] = remesh_normal_at(r, p);
+            return true;
+        }
+    }
+    return false;
+}
+
+int remesh_heal(Remesh *r, int *found)
+{
+    Mesh *m = r->mesh;
+    int left = 0;
+    for (int round = 0; round < ROUNDS_MAX; round++) {
+        int seen = 0, healed = 0;
+        for (int t = 0; t < m->ntri; t++) {
+            if (tri_is_dead(m, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
+            seen++;
+            healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);
+        }
+        if (round == 0) *found = seen;
+        left = seen;
+        if (!seen || !healed) break;
+    }
+    return left;
+}

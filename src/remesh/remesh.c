@@ -1,0 +1,191 @@
+/* remesh.c: guards and single guarded edits. */
+#include "remesh/remesh_priv.h"
+
+#include "base/thread.h"
+
+#include <stdlib.h>
+
+enum { GRAIN = 512 };
+
+/* --- guards ------------------------------------------------------------------------------------------------------ */
+
+Fitness triangle_fitness(const Vec3 p[3], const Vec3 n[3])
+{
+    Vec3 a = v_area2(p[0], p[1], p[2]);
+    double area2 = v_len(a), sum = v_len2(v_sub(p[1], p[0])) + v_len2(v_sub(p[2], p[1])) + v_len2(v_sub(p[0], p[2]));
+    if (!(area2 > 0)) return (Fitness){-1, 0};
+    Vec3 s = v_add(v_add(n[0], n[1]), n[2]);
+    return (Fitness){v_dot(a, s) / (3 * area2), 3.4641016151377544 * area2 / sum};
+}
+
+void fitness_worsen(Fitness *f, Fitness by)
+{
+    f->facing = real_min(f->facing, by.facing);
+    f->quality = real_min(f->quality, by.quality);
+}
+
+Vec3 remesh_normal_at(const Remesh *r, Vec3 p)
+{
+    Vec3 n;
+    field_normals(r->field, 1, &p, &n);
+    return n;
+}
+
+/* --- the column of normals --------------------------------------------------------------------------------------- */
+
+void remesh_make_room(Remesh *r)
+{
+    if (r->mesh->nvert <= r->cap) return;
+    r->cap = int_max(r->mesh->nvert, 2 * r->cap);
+    RESIZE(r->normal, r->cap);
+}
+
+typedef struct NormalJob {
+    Remesh *r;
+    const uint8_t *moved;
+} NormalJob;
+
+static void normals_block(void *ctx, int begin, int end)
+{
+    NormalJob *job = ctx;
+    Remesh *r = job->r;
+    for (int v = begin; v < end; v++)
+        if (!vert_is_dead(r->mesh, v) && (!job->moved || job->moved[v])) r->normal[v] = remesh_normal_at(r, r->mesh->pos[v]);
+}
+
+void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge)
+{
+    *r = (Remesh){.mesh = mesh, .field = field, .edge = edge};
+    remesh_make_room(r);
+    parallel_for(mesh->nvert, GRAIN, normals_block, &(NormalJob){r, NULL});
+}
+
+void remesh_end(Remesh *r)
+{
+    mem_free(r->normal);
+    *r = (Remesh){0};
+}
+
+typedef struct LandJob {
+    Remesh *r;
+    const uint8_t *moved;
+    double reach;
+} LandJob;
+
+static void land_block(void *ctx, int begin, int end)
+{
+    LandJob *job = ctx;
+    Mesh *m = job->r->mesh;
+    for (int v = begin; v < end; v++) {
+        if (vert_is_dead(m, v) || (job->moved && !job->moved[v])) continue;
+        field_project(job->r->field, 1, &m->pos[v], job->reach, NULL);
+        job->r->normal[v] = remesh_normal_at(job->r, m->pos[v]);
+    }
+}
+
+void remesh_land(Remesh *r, const uint8_t *moved, double reach)
+{
+    parallel_for(r->mesh->nvert, GRAIN, land_block, &(LandJob){r, moved, reach});
+}
+
+void remesh_remember_lengths(Mesh *m)
+{
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!tri_is_dead(m, h / 3)) m->length[h] = (float)mesh_edge_length(m, h);
+}
+
+/* --- edges in order ---------------------------------------------------------------------------------------------- */
+
+typedef struct Ranked {
+    double length;
+    int32_t h;
+} Ranked;
+
+static int shorter_first(const void *pa, const void *pb)
+{
+    const Ranked *a = pa, *b = pb;
+    if (a->length != b->length) return a->length < b->length ? -1 : 1;
+    return a->h < b->h ? -1 : 1;
+}
+
+static int longer_first(const void *pa, const void *pb)
+{
+    const Ranked *a = pa, *b = pb;
+    if (a->length != b->length) return a->length > b->length ? -1 : 1;
+    return a->h < b->h ? -1 : 1;
+}
+
+int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, int32_t **edges)
+{
+    Ranked *rank = NULL;
+    int n = 0, cap = 0;
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (tri_is_dead(m, h / 3) || h > m->opp[h]) continue;
+        double l = mesh_edge_length(m, h);
+        if (!(l > lo && l < hi)) continue;
+        RESERVE(rank, cap, n + 1);
+        rank[n++] = (Ranked){l, h};
+    }
+    if (n) qsort(rank, (size_t)n, sizeof *rank, descending ? longer_first : shorter_first);
+    *edges = NEW(int32_t, n);
+    for (int i = 0; i < n; i++) (*edges)[i] = rank[i].h;
+    mem_free(rank);
+    return n;
+}
+
+/* --- split and collapse ------------------------------------------------------------------------------------------ */
+
+void remesh_split(Remesh *r, int h)
+{
+    Mesh *m = r->mesh;
+    int a = he_from(m, h), b = he_to(m, h);
+    Vec3 p = v_mid(m->pos[a], m->pos[b]), n = v_unit(v_add(r->normal[a], r->normal[b])), q = p;
+    /* the landing may find another sheet: believe it only where the normal goes on */
+    if (field_project(r->field, 1, &q, 0.5 * v_dist(m->pos[a], m->pos[b]), NULL) == 0) {
+        Vec3 nq = remesh_normal_at(r, q);
+        if (v_dot(nq, n) > 0) p = q, n = nq;
+    }
+    int v = mesh_split_edge(m, h, p, m->next_id++);
+    remesh_make_room(r);
+    r->normal[v] = n;
+}
+
+/* The triangles around v but those that hold w; where v moves to p with normal n. Edges at v become no longer than `longest`. */
+static bool ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, double longest, Fitness *before, Fitness *after)
+{
+    const Mesh *m = r->mesh;
+    int h = m->out[v];
+    do {
+        int b = he_to(m, h), c = m->corner[he_prev(h)];
+        if (b != w && c != w) {
+            Vec3 was[3] = {m->pos[v], m->pos[b], m->pos[c]}, will[3] = {p, was[1], was[2]};
+            Vec3 nwas[3] = {r->normal[v], r->normal[b], r->normal[c]}, nwill[3] = {n, nwas[1], nwas[2]};
+            fitness_worsen(before, triangle_fitness(was, nwas));
+            fitness_worsen(after, triangle_fitness(will, nwill));
+        }
+        if (b != w && v_len2(v_sub(m->pos[b], p)) > longest * longest && v_len2(v_sub(m->pos[b], p)) > v_len2(v_sub(m->pos[b], m->pos[v]))) return false;
+    } while ((h = he_around(m, h)) != m->out[v]);
+    return true;
+}
+
+bool remesh_try_collapse(Remesh *r, int h, double longest)
+{
+    Mesh *m = r->mesh;
+    if (!mesh_can_collapse(m, h)) return false;
+    int a = he_from(m, h), b = he_to(m, h);
+    if (m->id[a] > m->id[b]) { /* the older identity stays */
+        h = m->opp[h];
+        a = he_from(m, h), b = he_to(m, h);
+    }
+    Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
+    Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
+    for (int k = 0; k < 3; k++) {
+        Fitness before = fitness_best(), after = fitness_best();
+        if (!ring_fitness(r, a, b, place[k], normal[k], longest, &before, &after) || !ring_fitness(r, b, a, place[k], normal[k], longest, &before, &after)) continue;
+        if (!fitness_allows(before, after, FACING_MIN, QUALITY_MIN)) continue;
+        mesh_collapse_edge(m, h, place[k]);
+        r->normal[a] = normal[k];
+        return true;
+    }
+    return false;
+}

@@ -1,0 +1,57 @@
+/* remesh.h: changing the mechanical mesh's triangles without changing its topology.
+ *
+ * Everything here is split, collapse (under the link condition), flip and guarded moves, so each component keeps its
+ * Euler characteristic whatever happens. Two uses: GI'07 2.5's alteration of a tracked mesh, and the coarsening of a
+ * frame's exact marching-cubes surface to the wanted edge length.
+ *
+ * A guard stands before each edit: no triangle may turn away from the surface's outward normals (2.6.1: no collapse
+ * that inverts) or become a needle, unless it was worse before. One thread at a time; lands points in parallel. */
+#pragma once
+#include "field/field.h"
+#include "mesh/mesh.h"
+
+typedef struct Remesh {
+    Mesh *mesh;
+    const Field *field;
+    Vec3 *normal;  /* [mesh->nvert] outward unit normals of the field at the vertices, kept through edits */
+    int cap;
+    double edge;   /* mean edge length wanted, world units */
+} Remesh;
+
+typedef struct RemeshStat {
+    int splits, collapses, flips;
+} RemeshStat;
+
+/* Borrows mesh and field; computes the normals. */
+void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge);
+void remesh_end(Remesh *r);
+
+/* GI'07 2.5. Edges flagged by the step before are left alone and lose their flag; edges changed now get it. */
+typedef struct AlterRules {
+    double rest;         /* e-hat, world units */
+    double e_min, e_max; /* collapse below e_min e-hat unless stretching, split above e_max e-hat unless shrinking */
+    double eps;          /* epsilon_e: a change of length below eps e-hat is none */
+} AlterRules;
+RemeshStat remesh_alter(Remesh *r, const AlterRules *rules);
+
+/* Flips edges whose two triangles gain at least `gain` in their lesser quality (1 is equilateral). Beyond the paper:
+ * split and collapse alone leave valences of four and eight behind. Returns how many. */
+int remesh_flip(Remesh *r, double gain);
+
+/* Moves every vertex to target[v] and lands it on the surface; a vertex whose move would harm a triangle around it, or
+ * that finds no surface, stays where it was. `frozen` (may be NULL): vertices that do not move. Returns how many stayed
+ * against their will. */
+int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen);
+
+/* Steps of tangential smoothing: each vertex halfway towards its neighbours' mean. */
+void remesh_smooth(Remesh *r, int steps);
+
+/* Marching cubes' small triangles brought to the wanted edge length. Leaves the mesh compact, without flags. */
+RemeshStat remesh_coarsen(Remesh *r);
+
+/* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible. found: how many there were. Returns how
+ * many are left. */
+int remesh_heal(Remesh *r, int *found);
+
+/* Remembers each edge's length as the last step's. */
+void remesh_remember_lengths(Mesh *mesh);

@@ -1,0 +1,51 @@
+/* pattern.h: the FRAME... arguments of the command line as a run of frames.
+ *
+ * An argument is a file; a pattern (phi.####.vdb, phi.%04d.vdb, phi.$F4.vdb) with --frames A-B[xS], or without it
+ * for all files that match; a directory, for all files in it that is_volume knows; or, alone, "-": names on
+ * standard input, one a line, taken as they arrive. A file that exists is a file, whatever its name looks like.
+ *
+ * A frame's number is the last group of digits in the file's name before its ending; a file without one gets its
+ * place, 0001, 0002, ... Frames come sorted by number (names on standard input: as they arrive). No two frames of
+ * a run bear the same number. */
+#pragma once
+#include "base/base.h"
+#include "base/hash.h"
+
+#include <stdio.h>
+
+enum { FRAME_PATH_MAX = 4096, FRAME_DIGITS_MAX = 18 };
+
+typedef struct Frame {
+    char path[FRAME_PATH_MAX];
+    char digits[FRAME_DIGITS_MAX + 2]; /* the number as the input writes it, "0012": for the names of outputs */
+    int64_t number;
+} Frame;
+
+typedef enum SequenceStep { SEQUENCE_FRAME, SEQUENCE_END, SEQUENCE_ERROR } SequenceStep;
+
+typedef struct SequenceEntry SequenceEntry;
+
+typedef struct Sequence {
+    int nentry, capentry, next;
+    SequenceEntry *entry;   /* owned */
+    FILE *names;            /* "-": where they come from (stdin; not closed), else NULL */
+    int narrived;
+    Map arrived;            /* numbers seen on it */
+} Sequence;
+
+typedef bool IsVolumeFn(const char *path);
+
+/* `frames` is the text of --frames or NULL; it goes with patterns and directories, and then frames that are missing
+ * are part of the run: reading them will tell. A failure leaves nothing to close. */
+bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames, IsVolumeFn *is_volume, Err *err);
+void sequence_close(Sequence *s);
+/* The next frame; waits for it where names come on standard input. */
+SequenceStep sequence_next(Sequence *s, Frame *out, Err *err);
+/* Frames in the run, or NONE where only the end of standard input will tell. */
+int sequence_length(const Sequence *s);
+
+/* A-B, A-BxS or A: first, last and step, 0 <= first <= last, step >= 1. */
+typedef struct FrameRange {
+    int64_t first, last, step;
+} FrameRange;
+bool frame_range_parse(const char *text, FrameRange *out, Err *err);

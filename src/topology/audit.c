@@ -1,0 +1,171 @@
+#include "topology/audit.h"
+
+#include "base/thread.h"
+
+#include <string.h>
+
+enum { GRAIN = 1024 };
+
+/* A component is uncovered when more cells than this, and more than this share of its own, have no mesh in their 3^3
+ * neighbourhood: a tip that a coarse triangle cuts off is for refinement to find, a lost limb is not. */
+enum { UNCOVERED_CELLS_MAX = 8 };
+#define UNCOVERED_SHARE_MAX 0.001
+
+/* --- where the vertices lie ------------------------------------------------------------------------------------------ */
+
+typedef struct LocateJob {
+    const IsoSurface *iso;
+    const AuditMesh *mesh;
+    int32_t *comp; /* [nvert] of the isosurface, or NONE */
+    uint8_t *sure; /* [nvert] */
+} LocateJob;
+
+static void locate_block(void *ctx, int begin, int end)
+{
+    LocateJob *job = ctx;
+    for (int v = begin; v < end; v++) {
+        bool sure;
+        job->comp[v] = iso_component_at(job->iso, job->mesh->pos[v], &sure);
+        job->sure[v] = sure;
+    }
+}
+
+/* The component of the isosurface each mesh component sits on: where most of its sure vertices are. */
+static void find_partners(const AuditMesh *mesh, const LocateJob *at, int32_t *partner)
+{
+    int32_t *votes = NEW0(int32_t, mesh->ncomp); /* majority vote in one sweep (Boyer and Moore), sure vertices first */
+    for (int c = 0; c < mesh->ncomp; c++) partner[c] = NONE;
+    for (int pass = 0; pass < 2; pass++)
+        for (int h = 0; h < 3 * mesh->ntri; h++) {
+            int v = mesh->tri[h], c = mesh->tri_comp[h / 3];
+            if (at->comp[v] == NONE || (pass == 0) != at->sure[v] || (pass == 1 && partner[c] != NONE)) continue;
+            if (votes[c] == 0) partner[c] = at->comp[v];
+            votes[c] += partner[c] == at->comp[v] ? 1 : -1;
+        }
+    mem_free(votes);
+}
+
+/* --- Euler characteristic of each mesh component ------------------------------------------------------------------------ */
+
+static void count_euler(const AuditMesh *mesh, int32_t *euler)
+{
+    uint8_t *seen = NEW0(uint8_t, mesh->nvert);
+    int32_t *faces = NEW0(int32_t, mesh->ncomp);
+    memset(euler, 0, (size_t)mesh->ncomp * sizeof *euler);
+    for (int h = 0; h < 3 * mesh->ntri; h++) {
+        int c = mesh->tri_comp[h / 3];
+        if (h % 3 == 0) faces[c]++;
+        if (seen[mesh->tri[h]]) continue;
+        seen[mesh->tri[h]] = 1;
+        euler[c]++;
+    }
+    for (int c = 0; c < mesh->ncomp; c++) euler[c] -= faces[c] / 2; /* closed: three half-edges a face, two an edge */
+    mem_free(seen);
+    mem_free(faces);
+}
+
+/* --- coverage ------------------------------------------------------------------------------------------------------------- */
+
+static void mark_hit(const IsoSurface *iso, Vec3 p, uint8_t *hit)
+{
+    int c = iso_cell_at(iso, p);
+    if (c != NONE) hit[c] = 1;
+}
+
+/* Samples the triangles at most about a voxel apart. */
+static void mark_triangles(const IsoSurface *iso, const AuditMesh *mesh, uint8_t *hit)
+{
+    double voxel = iso->field->voxel;
+    for (int t = 0; t < mesh->ntri; t++) {
+        Vec3 a = mesh->pos[mesh->tri[3 * t]], b = mesh->pos[mesh->tri[3 * t + 1]], c = mesh->pos[mesh->tri[3 * t + 2]];
+        double longest = sqrt(real_max(v_len2(v_sub(b, a)), real_max(v_len2(v_sub(c, b)), v_len2(v_sub(a, c)))));
+        int n = int_clamp((int)(longest / voxel) + 1, 1, 16);
+        for (int i = 0; i <= n; i++)
+            for (int j = 0; j <= n - i; j++) mark_hit(iso, v_axpy(v_axpy(a, (double)i / n, v_sub(b, a)), (double)j / n, v_sub(c, a)), hit);
+    }
+}
+
+static bool is_near_hit(const IsoSurface *iso, int cell, const uint8_t *hit)
+{
+    const Field *f = iso->field;
+    int at = iso->cell_at[cell], brick = at / GRID_CELLS, local = at % GRID_CELLS;
+    int x = f->origin[brick][0] + (local & 7), y = f->origin[brick][1] + (local >> 3 & 7), z = f->origin[brick][2] + (local >> 6);
+    for (int k = 0; k < 27; k++) {
+        int i = x + k % 3 - 1, j = y + k / 3 % 3 - 1, l = z + k / 9 - 1, b = field_brick(f, i, j, l);
+        int c = b == NONE ? NONE : iso->cell_index[b * GRID_CELLS + ((l & 7) * 8 + (j & 7)) * 8 + (i & 7)];
+        if (c != NONE && hit[c]) return true;
+    }
+    return false;
+}
+
+/* Uncovered cells of each component; returns their number. */
+static int count_uncovered(const IsoSurface *iso, const AuditMesh *mesh, int32_t *uncovered)
+{
+    uint8_t *hit = NEW0(uint8_t, iso->ncell);
+    int n = 0;
+    mark_triangles(iso, mesh, hit);
+    for (int c = 0; c < iso->ncell; c++) {
+        if (hit[c] || is_near_hit(iso, c, hit)) continue;
+        n++;
+        for (int l = iso->cell_loop[c]; l < iso->cell_loop[c + 1]; l++) uncovered[iso_loop_component(iso, l)]++;
+    }
+    mem_free(hit);
+    return n;
+}
+
+/* --- the match ------------------------------------------------------------------------------------------------------------- */
+
+static int count_strayed(const AuditMesh *mesh, const LocateJob *at, const int32_t *partner, uint8_t *mesh_bad)
+{
+    int strayed = 0;
+    uint8_t *seen = NEW0(uint8_t, mesh->nvert);
+    for (int h = 0; h < 3 * mesh->ntri; h++) {
+        int v = mesh->tri[h], c = mesh->tri_comp[h / 3];
+        if (seen[v]) continue;
+        seen[v] = 1;
+        if (at->comp[v] == partner[c] || (at->comp[v] != NONE && !at->sure[v])) continue;
+        mesh_bad[c] = 1;
+        strayed++;
+    }
+    mem_free(seen);
+    return strayed;
+}
+
+AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool coverage, uint8_t *mesh_bad, uint8_t *iso_bad)
+{
+    AuditStat stat = {0};
+    int32_t *partner = NEW(int32_t, mesh->ncomp), *euler = NEW(int32_t, mesh->ncomp);
+    int32_t *taken = NEW(int32_t, iso->ncomp), *uncovered = NEW0(int32_t, iso->ncomp);
+    LocateJob at = {iso, mesh, NEW(int32_t, mesh->nvert), NEW(uint8_t, mesh->nvert)};
+    memset(mesh_bad, 0, (size_t)mesh->ncomp);
+    memset(iso_bad, 0, (size_t)iso->ncomp);
+    parallel_for(mesh->nvert, GRAIN, locate_block, &at);
+    find_partners(mesh, &at, partner);
+    count_euler(mesh, euler);
+    stat.strayed = count_strayed(mesh, &at, partner, mesh_bad);
+    if (coverage) stat.uncovered_cells = count_uncovered(iso, mesh, uncovered);
+    for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
+    for (int c = 0; c < mesh->ncomp; c++) {
+        int k = partner[c];
+        if (k == NONE) {
+            mesh_bad[c] = 1;
+            continue;
+        }
+        if (euler[c] != iso->comp_euler[k]) mesh_bad[c] = 1, stat.euler_errors++;
+        if (uncovered[k] > UNCOVERED_CELLS_MAX && uncovered[k] > UNCOVERED_SHARE_MAX * iso->comp_loops[k]) mesh_bad[c] = 1;
+        if (taken[k] != NONE) mesh_bad[c] = mesh_bad[taken[k]] = 1; /* two on one: neither is trusted */
+        else taken[k] = c;
+    }
+    for (int k = 0; k < iso->ncomp; k++) {
+        iso_bad[k] = taken[k] == NONE || mesh_bad[taken[k]];
+        stat.wrong_iso += iso_bad[k];
+    }
+    for (int c = 0; c < mesh->ncomp; c++) stat.wrong_mesh += mesh_bad[c];
+    mem_free(partner);
+    mem_free(euler);
+    mem_free(taken);
+    mem_free(uncovered);
+    mem_free(at.comp);
+    mem_free(at.sure);
+    return stat;
+}

@@ -1,0 +1,60 @@
+/* measure.c: a frame's figures. */
+#include "track/track_priv.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <time.h>
+
+double track_clock(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int compare_real(const void *pa, const void *pb)
+{
+    double a = *(const double *)pa, b = *(const double *)pb;
+    return a < b ? -1 : a > b;
+}
+
+/* The cosine of a triangle's smallest angle: at the corner across its shortest edge. */
+static double least_angle_deg(const Mesh *m, int t)
+{
+    Vec3 p[3];
+    double l2[3];
+    for (int k = 0; k < 3; k++) p[k] = m->pos[m->corner[3 * t + k]];
+    for (int k = 0; k < 3; k++) l2[k] = v_len2(v_sub(p[(k + 1) % 3], p[k]));
+    int s = l2[0] <= l2[1] && l2[0] <= l2[2] ? 0 : l2[1] <= l2[2] ? 1 : 2;
+    double u = l2[(s + 1) % 3], w = l2[(s + 2) % 3], c = (u + w - l2[s]) / (2 * sqrt(u * w));
+    return c <= 1 ? acos(real_max(c, -1)) * 57.29577951308232 : 0;
+}
+
+void track_measure(const Track *tr, FrameStat *stat)
+{
+    const Mesh *m = &tr->mesh;
+    double *angle = NEW(double, m->ntri), sum = 0;
+    int edges = 0, in = 0;
+    for (int t = 0; t < m->ntri; t++) angle[t] = least_angle_deg(m, t);
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (h > m->opp[h]) continue;
+        double l = mesh_edge_length(m, h);
+        sum += l;
+        edges++;
+        in += l >= 0.5 * tr->edge && l <= 2 * tr->edge;
+    }
+    qsort(angle, (size_t)m->ntri, sizeof *angle, compare_real);
+    stat->min_angle_p5 = m->ntri ? angle[m->ntri / 20] : NAN;
+    stat->min_angle_p50 = m->ntri ? angle[m->ntri / 2] : NAN;
+    stat->edge_asked = tr->edge;
+    stat->edge_mean = edges ? sum / edges : NAN;
+    stat->edges_in_range = edges ? (double)in / edges : NAN;
+    stat->edge_rest = tr->rest_ratio * tr->edge;
+    stat->components = mesh_components(m, NULL, NULL);
+    stat->vertices_mechanical = m->nvert;
+    stat->triangles_mechanical = m->ntri;
+    stat->vertices_geometric = tr->fine.nvert;
+    stat->triangles_geometric = tr->fine.ntri;
+    stat->self_intersections = NONE;
+    mem_free(angle);
+}

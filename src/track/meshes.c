@@ -1,0 +1,128 @@
+/* meshes.c: the tracked meshes as files take them. */
+#include "track/track_priv.h"
+
+#include "base/thread.h"
+
+#include <string.h>
+
+enum { GRAIN = 1024 };
+
+/* One of the twins, whichever. */
+typedef struct Twin {
+    int nvert, ntri;
+    const Vec3 *pos;
+    const Vec3 *normal;     /* NULL: ask the field */
+    const int32_t *id, *tri, *parent;
+} Twin;
+
+/* What closes the surface lies beyond the active bounding box. */
+static bool is_beyond_border(const Field *f, const Twin *w, int t)
+{
+    const int32_t *c = w->tri + 3 * t;
+    Vec3 p = affine_to_index(&f->xform, v_scale(v_add(v_add(w->pos[c[0]], w->pos[c[1]]), w->pos[c[2]]), 1.0 / 3));
+    for (int a = 0; a < 3; a++)
+        if (v_get(p, a) < f->lo[a] || v_get(p, a) > f->hi[a]) return true;
+    return false;
+}
+
+/* New numbers for the triangles and vertices kept; NONE for the others. Children (parent_to given) follow their parent. */
+static void choose_kept(const Track *tr, const Twin *w, bool open_border, const int32_t *parent_to, int32_t *tri_to, int32_t *vert_to, int count[2])
+{
+    for (int v = 0; v < w->nvert; v++) vert_to[v] = open_border ? NONE : v;
+    count[0] = open_border ? 0 : w->nvert;
+    count[1] = 0;
+    for (int t = 0; t < w->ntri; t++) {
+        bool gone = parent_to ? parent_to[w->parent[t]] == NONE : open_border && is_beyond_border(tr->field, w, t);
+        tri_to[t] = gone ? NONE : count[1]++;
+        if (tri_to[t] == NONE) continue;
+        for (int k = 0; k < 3; k++) vert_to[w->tri[3 * t + k]] = 0;
+    }
+    int n = 0;
+    for (int v = 0; v < w->nvert; v++)
+        if (vert_to[v] != NONE) vert_to[v] = n++;
+    count[0] = n;
+}
+
+typedef struct ColumnJob {
+    const Track *tr;
+    const Twin *w;
+    const int32_t *vert_to;
+    TriMesh *out;
+} ColumnJob;
+
+static void put3(float *to, Vec3 v)
+{
+    to[0] = (float)v.x;
+    to[1] = (float)v.y;
+    to[2] = (float)v.z;
+}
+
+static void column_block(void *ctx, int begin, int end)
+{
+    ColumnJob *job = ctx;
+    for (int v = begin; v < end; v++) {
+        int to = job->vert_to[v];
+        if (to == NONE) continue;
+        Vec3 n;
+        if (job->w->normal) n = job->w->normal[v];
+        else field_normals(job->tr->field, 1, &job->w->pos[v], &n);
+        put3(job->out->pos + 3 * to, job->w->pos[v]);
+        put3(job->out->normal + 3 * to, n);
+        if (job->out->velocity) put3(job->out->velocity + 3 * to, grid_vector(job->tr->velocity, job->w->pos[v]));
+        job->out->id[to] = job->w->id[v];
+    }
+}
+
+static void copy_twin(const Track *tr, const Twin *w, const int32_t *tri_to, const int32_t *vert_to, const int count[2], const int32_t *parent_to, TriMesh *out)
+{
+    trimesh_init(out, count[0], count[1], tr->velocity != NULL, w->parent != NULL);
+    parallel_for(w->nvert, GRAIN, column_block, &(ColumnJob){tr, w, vert_to, out});
+    for (int t = 0; t < w->ntri; t++) {
+        if (tri_to[t] == NONE) continue;
+        for (int k = 0; k < 3; k++) out->tri[3 * tri_to[t] + k] = vert_to[w->tri[3 * t + k]];
+        if (w->parent) out->parent[tri_to[t]] = parent_to[w->parent[t]];
+    }
+}
+
+void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric)
+{
+    const Mesh *m = &tr->mesh;
+    const RefinedMesh *f = &tr->fine;
+    Twin mech = {m->nvert, m->ntri, m->pos, NULL, m->id, m->corner, NULL};
+    Twin fine = {f->nvert, f->ntri, f->pos, f->normal, f->id, f->tri, f->parent};
+    int32_t *parent_to = NEW(int32_t, m->ntri), *tri_to = NEW(int32_t, f->ntri), *vert_to = NEW(int32_t, int_max(m->nvert, f->nvert));
+    int count[2];
+    choose_kept(tr, &mech, open_border, NULL, parent_to, vert_to, count);
+    if (mechanical) copy_twin(tr, &mech, parent_to, vert_to, count, NULL, mechanical);
+    if (geometric) {
+        choose_kept(tr, &fine, open_border, parent_to, tri_to, vert_to, count);
+        copy_twin(tr, &fine, tri_to, vert_to, count, parent_to, geometric);
+    }
+    mem_free(parent_to);
+    mem_free(tri_to);
+    mem_free(vert_to);
+}
+
+void track_carry(const Track *tr, const TriMesh *last, float *pos, float *normal)
+{
+    Vec3 *p = NEW(Vec3, last->nvert), *n = NEW(Vec3, last->nvert);
+    uint8_t *lost = NEW0(uint8_t, last->nvert);
+    int substeps;
+    for (int v = 0; v < last->nvert; v++) p[v] = vec3(last->pos[3 * v], last->pos[3 * v + 1], last->pos[3 * v + 2]);
+    if (tr->field->nbrick) track_predict(tr, last->nvert, p, lost, &substeps);
+    else memset(lost, 1, (size_t)last->nvert);
+    for (int v = 0; v < last->nvert; v++) {
+        const float *was = last->pos + 3 * v, *facing = last->normal + 3 * v;
+        if (lost[v]) {
+            p[v] = vec3(was[0], was[1], was[2]);
+            n[v] = vec3(facing[0], facing[1], facing[2]);
+        } else {
+            field_normals(tr->field, 1, &p[v], &n[v]);
+        }
+        put3(pos + 3 * v, p[v]);
+        put3(normal + 3 * v, n[v]);
+    }
+    mem_free(p);
+    mem_free(n);
+    mem_free(lost);
+}

@@ -1,0 +1,79 @@
+/* predict.c: last frame's points on this frame's surface. */
+#include "track/track_priv.h"
+
+#include "base/thread.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+enum { GRAIN = 256, ADVECT_STEPS = 4, BLENDS_MAX = 8 };
+#define BLEND_MOTION_VOX 0.7 /* a blended field is at most about this far from the last */
+#define REACH_EDGES 1.5      /* a landing is at most this far away, in edges wanted */
+
+/* Velocity linear in time between the two frames' grids; t from 0 to 1. */
+static Vec3 velocity_at(const Track *tr, Vec3 p, double t)
+{
+    Vec3 b = grid_vector(tr->velocity, p);
+    return tr->last_velocity ? v_mix(grid_vector(tr->last_velocity, p), b, t) : b;
+}
+
+Vec3 track_advect(const Track *tr, Vec3 p)
+{
+    if (!tr->velocity) return p;
+    double dt = tr->span_s / ADVECT_STEPS;
+    for (int k = 0; k < ADVECT_STEPS; k++) { /* second-order Runge-Kutta: the midpoint's velocity */
+        double t = (double)k / ADVECT_STEPS, half = t + 0.5 / ADVECT_STEPS;
+        Vec3 mid = v_axpy(p, 0.5 * dt, velocity_at(tr, p, t));
+        p = v_axpy(p, dt, velocity_at(tr, mid, half));
+    }
+    return p;
+}
+
+typedef struct AdvectJob {
+    const Track *tr;
+    Vec3 *p;
+} AdvectJob;
+
+static void advect_block(void *ctx, int begin, int end)
+{
+    AdvectJob *job = ctx;
+    for (int i = begin; i < end; i++) job->p[i] = track_advect(job->tr, job->p[i]);
+}
+
+static int compare_real(const void *pa, const void *pb)
+{
+    double a = *(const double *)pa, b = *(const double *)pb;
+    return a < b ? -1 : a > b;
+}
+
+/* The 95th percentile of the points' distance from the new surface, in voxels. */
+static double motion_of(const Field *f, int n, const Vec3 *p)
+{
+    double *d = NEW(double, n), *F = NEW(double, n);
+    Vec3 *g = NEW(Vec3, n);
+    field_sample(f, n, p, F, g);
+    for (int i = 0; i < n; i++) {
+        double l = v_len(g[i]);
+        d[i] = l > 0 ? fabs(F[i]) / l / f->voxel : 4;
+    }
+    qsort(d, (size_t)n, sizeof *d, compare_real);
+    double motion = n ? d[(int)(0.95 * (n - 1))] : 0;
+    mem_free(d);
+    mem_free(F);
+    mem_free(g);
+    return motion;
+}
+
+int track_predict(const Track *tr, int n, Vec3 *p, uint8_t *status, int *substeps)
+{
+    double reach = REACH_EDGES * tr->edge;
+    *substeps = 0;
+    if (tr->velocity) {
+        parallel_for(n, GRAIN, advect_block, &(AdvectJob){tr, p});
+    } else if (tr->last_field && tr->last_field->nbrick) {
+        *substeps = int_clamp((int)(motion_of(tr->field, n, p) / BLEND_MOTION_VOX), 0, BLENDS_MAX);
+        for (int k = 1; k <= *substeps; k++)
+            field_project_blend(tr->last_field, tr->field, (double)k / (*substeps + 1), n, p, reach, NULL);
+    }
+    return field_project(tr->field, n, p, reach, status);
+}

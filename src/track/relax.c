@@ -1,0 +1,54 @@
+/* relax.c: one step of the elastic skin on the surface. */
+#include "track/track_priv.h"
+
+#include "base/thread.h"
+
+enum { GRAIN = 512 };
+#define STEP_MAX 0.3 /* a vertex moves at most this far in a step, in edges wanted */
+
+void track_set_unrest(Track *tr, float value, int from)
+{
+    RESERVE(tr->unrest, tr->capunrest, tr->mesh.nvert);
+    for (int v = from; v < tr->mesh.nvert; v++) tr->unrest[v] = value;
+}
+
+typedef struct TriJob {
+    const Remesh *r;
+    Vec3 *normal;      /* [ntri] the field's at the centroids */
+    uint8_t *inverted; /* [ntri] */
+} TriJob;
+
+static void tri_block(void *ctx, int begin, int end)
+{
+    TriJob *job = ctx;
+    const Mesh *m = job->r->mesh;
+    for (int t = begin; t < end; t++) {
+        Vec3 a = m->pos[m->corner[3 * t]], b = m->pos[m->corner[3 * t + 1]], c = m->pos[m->corner[3 * t + 2]];
+        Vec3 centroid = v_scale(v_add(v_add(a, b), c), 1.0 / 3);
+        field_normals(job->r->field, 1, &centroid, &job->normal[t]);
+        job->inverted[t] = field_triangle_inverted(job->r->field, a, b, c);
+    }
+}
+
+void track_relax(Track *tr, Remesh *r, const uint8_t *frozen, FrameStat *stat)
+{
+    Mesh *m = &tr->mesh;
+    TriJob job = {r, NEW(Vec3, m->ntri), NEW(uint8_t, m->ntri)};
+    Vec3 *dx = NEW(Vec3, m->nvert);
+    parallel_for(m->ntri, GRAIN, tri_block, &job);
+    MechanicsProblem prob = {.nvert = m->nvert, .ntri = m->ntri, .pos = m->pos, .tri = m->corner, .normal = r->normal,
+                             .tri_normal = job.normal, .inverted = job.inverted, .frozen = frozen};
+    CgStat cg = mechanics_step(&tr->mech, &tr->set.mech, &prob, dx);
+    stat->relax_steps++;
+    stat->cg_iterations += cg.iterations;
+    stat->cg_residual = cg.residual;
+    for (int v = 0; v < m->nvert; v++) {
+        double l = v_len(dx[v]), limit = STEP_MAX * tr->edge;
+        if (!frozen || !frozen[v]) tr->unrest[v] = (float)(l / tr->edge);
+        dx[v] = v_axpy(m->pos[v], l > limit ? limit / l : 1, dx[v]);
+    }
+    remesh_move(r, dx, frozen);
+    mem_free(dx);
+    mem_free(job.normal);
+    mem_free(job.inverted);
+}

@@ -1,0 +1,266 @@
+/* track.c: the method on one page: predict, alter, relax, audit and mend, refine. */
+#include "topology/remake.h"
+#include "track/track_priv.h"
+
+#include <math.h>
+#include <string.h>
+
+#define REST_RATIO 0.7      /* e_min 1 and e_max 2 keep edges between e-hat and 2 e-hat: their mean is about e-hat / 0.7 */
+#define REST_RATIO_MIN 0.6
+#define REST_RATIO_MAX 0.8
+#define FLIP_GAIN 0.15      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
+#define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
+#define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
+
+TrackSettings track_defaults(void)
+{
+    return (TrackSettings){
+        .edge = 1.5, .edge_in_voxels = true, .e_min = 1, .e_max = 2, .eps_e = 0.1, .relax_steps = 2,
+        .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.1,
+        .topology = TOPOLOGY_EXACT, .fps = 24,
+    };
+}
+
+Track *track_open(const TrackSettings *set)
+{
+    Track *tr = NEW0(Track, 1);
+    tr->set = *set;
+    tr->rest_ratio = REST_RATIO;
+    tr->edge = set->edge_in_voxels ? 0 : set->edge;
+    mesh_init(&tr->mesh);
+    return tr;
+}
+
+void track_close(Track *tr)
+{
+    if (!tr) return;
+    mesh_free(&tr->mesh);
+    mem_free(tr->unrest);
+    mechanics_free(&tr->mech);
+    refine_free(&tr->refine);
+    refined_free(&tr->fine);
+    mem_free(tr);
+}
+
+/* --- the mesh's own book-keeping --------------------------------------------------------------------------------------- */
+
+static void compact(Track *tr)
+{
+    int n = tr->mesh.nvert;
+    int32_t *to = NEW(int32_t, n);
+    mesh_compact(&tr->mesh, to);
+    for (int v = 0; v < n; v++)
+        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v];
+    mem_free(to);
+}
+
+/* Vertices around changed edges are not at rest. */
+static void wake_changed(Track *tr, int first_new)
+{
+    const Mesh *m = &tr->mesh;
+    track_set_unrest(tr, 1, first_new);
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!tri_is_dead(m, h / 3) && m->flag[h] & EDGE_FLAGGED) tr->unrest[he_from(m, h)] = 1;
+}
+
+/* --- steps ---------------------------------------------------------------------------------------------------------------- */
+
+/* Frozen: at rest, under a field that did not move it, and so are its neighbours. */
+static uint8_t *find_frozen(const Track *tr, const Vec3 *was, FrameStat *stat)
+{
+    const Mesh *m = &tr->mesh;
+    uint8_t *still = NEW(uint8_t, m->nvert), *frozen = NEW(uint8_t, m->nvert);
+    double limit = STILL_VOX * tr->field->voxel;
+    for (int v = 0; v < m->nvert; v++) still[v] = tr->unrest[v] < STILL_UNREST && v_len2(v_sub(m->pos[v], was[v])) < limit * limit;
+    memcpy(frozen, still, (size_t)m->nvert);
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!still[he_to(m, h)]) frozen[he_from(m, h)] = 0;
+    for (int v = 0; v < m->nvert; v++) stat->frozen_vertices += frozen[v];
+    mem_free(still);
+    return frozen;
+}
+
+static void predict(Track *tr, Vec3 *was, FrameStat *stat)
+{
+    Mesh *m = &tr->mesh;
+    memcpy(was, m->pos, (size_t)m->nvert * sizeof *was);
+    stat->projections_lost = track_predict(tr, m->nvert, m->pos, NULL, &stat->predict_substeps);
+    /* what the surface did not move stays to the bit */
+    double limit = STILL_VOX * tr->field->voxel;
+    for (int v = 0; v < m->nvert; v++)
+        if (v_len2(v_sub(m->pos[v], was[v])) < limit * limit) m->pos[v] = was[v];
+}
+
+static void alter(Track *tr, Remesh *r, FrameStat *stat)
+{
+    AlterRules rules = {tr->rest_ratio * tr->edge, tr->set.e_min, tr->set.e_max, tr->set.eps_e};
+    int n = tr->mesh.nvert;
+    RemeshStat s = remesh_alter(r, &rules);
+    stat->splits += s.splits;
+    stat->collapses += s.collapses;
+    stat->flips += remesh_flip(r, FLIP_GAIN);
+    wake_changed(tr, n);
+    /* the kernels below want dense columns */
+    int32_t *to = NEW(int32_t, tr->mesh.nvert);
+    n = tr->mesh.nvert;
+    mesh_compact(&tr->mesh, to);
+    for (int v = 0; v < n; v++) {
+        if (to[v] == NONE) continue;
+        tr->unrest[to[v]] = tr->unrest[v];
+        r->normal[to[v]] = r->normal[v];
+    }
+    mem_free(to);
+}
+
+/* Follows last frame's mesh to this frame's surface. */
+static void follow(Track *tr, FrameStat *stat)
+{
+    double t0 = track_clock();
+    Mesh *m = &tr->mesh;
+    Remesh r;
+    Vec3 *was = NEW(Vec3, m->nvert);
+    predict(tr, was, stat);
+    uint8_t *frozen = find_frozen(tr, was, stat);
+    bool all_frozen = stat->frozen_vertices == m->nvert;
+    mem_free(was);
+    double t1 = track_clock();
+    stat->seconds.predict += t1 - t0;
+    if (!all_frozen) {
+        remesh_begin(&r, m, tr->field, tr->edge);
+        for (int k = 0; k < tr->set.relax_steps; k++) {
+            t0 = track_clock();
+            int before = stat->splits + stat->collapses + stat->flips;
+            alter(tr, &r, stat);
+            stat->seconds.alter += track_clock() - t0;
+            t0 = track_clock();
+            /* edits renumber: then everything is relaxed, and what is at rest does not move far */
+            bool same = stat->splits + stat->collapses + stat->flips == before;
+            track_relax(tr, &r, same && k == 0 ? frozen : NULL, stat);
+            remesh_remember_lengths(m);
+            stat->seconds.relax += track_clock() - t0;
+        }
+        remesh_end(&r);
+    }
+    mem_free(frozen);
+}
+
+/* Drops what does not match the grid and makes it anew. */
+static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, FrameStat *stat)
+{
+    double t0 = track_clock();
+    Mesh *m = &tr->mesh;
+    int32_t *comp = NEW(int32_t, m->ntri);
+    int n = mesh_components(m, comp, NULL);
+    uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
+    AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
+    AuditStat audit = audit_match(iso, &a, true, mesh_bad, iso_bad);
+    double t1 = track_clock();
+    stat->seconds.audit += t1 - t0;
+    census_mark_remade(census, m, comp, mesh_bad);
+    if (audit.wrong_mesh || audit.wrong_iso) {
+        mesh_drop_components(m, comp, mesh_bad);
+        compact(tr);
+        int first = m->nvert;
+        RemakeStat s = remake_components(iso, iso_bad, tr->edge, m);
+        track_set_unrest(tr, 1, first);
+        stat->remade_components += s.components;
+        stat->remade_vertices += s.vertices;
+        stat->raw_components += s.raw_components;
+    }
+    mem_free(comp);
+    mem_free(mesh_bad);
+    mem_free(iso_bad);
+    stat->seconds.mend += track_clock() - t1;
+}
+
+static void heal_and_round(Track *tr, FrameStat *stat)
+{
+    Mesh *m = &tr->mesh;
+    Remesh r;
+    remesh_begin(&r, m, tr->field, tr->edge);
+    int n = m->nvert;
+    stat->inverted_left = remesh_heal(&r, &stat->inverted_found);
+    wake_changed(tr, n);
+    remesh_end(&r);
+    compact(tr);
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    remesh_remember_lengths(m);
+}
+
+static void refine(Track *tr, FrameStat *stat)
+{
+    double t0 = track_clock();
+    RefineSettings set = {tr->set.angle_deg, tr->set.passes, tr->set.deviation_vox};
+    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &tr->mesh.next_id, &tr->fine);
+    stat->projections_lost += s.lost;
+    stat->distance_mean_vox = s.mean_vox;
+    stat->distance_max_vox = s.max_vox;
+    stat->inverted_left_geometric = s.inverted;
+    stat->seconds.refine += track_clock() - t0;
+}
+
+/* The geometric mesh must match the grid as well: what is left wrong after all mending is reported. */
+static int audit_geometric(const Track *tr, const IsoSurface *iso)
+{
+    const RefinedMesh *f = &tr->fine;
+    int32_t *mech_comp = NEW(int32_t, tr->mesh.ntri), *comp = NEW(int32_t, f->ntri);
+    int n = mesh_components(&tr->mesh, mech_comp, NULL);
+    uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
+    for (int t = 0; t < f->ntri; t++) comp[t] = mech_comp[f->parent[t]];
+    AuditMesh a = {f->nvert, f->ntri, n, f->pos, f->tri, comp};
+    AuditStat s = audit_match(iso, &a, false, mesh_bad, iso_bad);
+    mem_free(mech_comp);
+    mem_free(comp);
+    mem_free(mesh_bad);
+    mem_free(iso_bad);
+    return s.euler_errors + int_max(0, s.wrong_iso - s.euler_errors);
+}
+
+/* --- a frame ------------------------------------------------------------------------------------------------------------- */
+
+static void adapt_rest(Track *tr)
+{
+    const Mesh *m = &tr->mesh;
+    double sum = 0;
+    for (int h = 0; h < 3 * m->ntri; h++) sum += mesh_edge_length(m, h);
+    double ratio = m->ntri ? tr->edge / (sum / (3 * m->ntri)) : 1;
+    tr->rest_ratio = real_clamp(tr->rest_ratio * real_clamp(sqrt(ratio), 0.97, 1.03), REST_RATIO_MIN, REST_RATIO_MAX);
+    tr->set.mech.rest = tr->rest_ratio * tr->edge;
+}
+
+bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
+{
+    *stat = (FrameStat){0};
+    (void)err;
+    tr->last_field = tr->field;
+    tr->last_velocity = tr->velocity;
+    tr->field = field;
+    tr->velocity = velocity;
+    tr->span_s = frames / tr->set.fps;
+    if (field->nbrick == 0) {
+        mesh_clear(&tr->mesh);
+    } else if (tr->edge == 0) {
+        tr->edge = tr->set.edge * field->voxel;
+    }
+    adapt_rest(tr);
+    Census census;
+    census_take(&census, &tr->mesh);
+    if (tr->mesh.ntri) follow(tr, stat);
+    double t0 = track_clock();
+    IsoSurface iso;
+    iso_build(&iso, field);
+    stat->audit_components = iso.ncomp;
+    for (int k = 0; k < iso.ncomp; k++) stat->audit_euler += iso.comp_euler[k];
+    stat->seconds.audit += track_clock() - t0;
+    if (tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0) audit_and_mend(tr, &iso, &census, stat);
+    heal_and_round(tr, stat);
+    refine(tr, stat);
+    t0 = track_clock();
+    stat->wrong_components = audit_geometric(tr, &iso);
+    iso_free(&iso);
+    stat->seconds.audit += track_clock() - t0;
+    stat->ids_kept = census_share_kept(&census, &tr->mesh);
+    census_free(&census);
+    track_measure(tr, stat);
+    return true;
+}

@@ -1,0 +1,384 @@
+# twinmesh mesh as its users meet it: exit codes, messages, files.
+
+bats_require_minimum_version 1.5.0
+
+setup() {
+    samples=$(realpath "$BATS_TEST_DIRNAME/../../data-samples")
+    twinmesh=$(realpath "${TWINMESH:-$BATS_TEST_DIRNAME/../../build/release/twinmesh}")
+    mkdir "$BATS_TEST_TMPDIR/here" && cd "$BATS_TEST_TMPDIR/here" || exit 1
+    cp "$samples"/balls/balls.*.npy "$samples"/balls/balls.0001.raw .
+    ls >before
+}
+
+# The small run most tests vary.
+mesh() { run --separate-stderr "$twinmesh" mesh -o out --threads 2 --iso 0 --inside below --format ply "$@"; }
+
+expect() { # status, words on standard error...
+    [ "$status" -eq "$1" ] || { echo "exit $status: $stderr"; return 1; }
+    shift
+    local word
+    for word in "$@"; do [[ $stderr == *"$word"* ]] || { echo "no '$word' in: $stderr"; return 1; }; done
+}
+
+# Nothing is left but what was there, and what matches the pattern.
+left() { ls | grep -vxFf before | grep -vx before | tr '\n' ' '; }
+no_parts() { [ -z "$(find . -name '*.part')" ]; }
+frame_of() { grep "\"frame\":\"$1\"" out.report.jsonl; }
+
+# Overwrites four bytes at an offset.
+poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
+
+# --- usage ----------------------------------------------------------------------------------------
+
+@test "no command, an unknown one, one of a later version" {
+    run --separate-stderr "$twinmesh"
+    expect 2 "no command"
+    run --separate-stderr "$twinmesh" melt
+    expect 2 "melt"
+    run --separate-stderr "$twinmesh" render
+    expect 2 "not in this version"
+}
+
+@test "help and version go to standard output" {
+    run --separate-stderr "$twinmesh" --version
+    expect 0 && [[ $output =~ ^twinmesh\ [0-9.]+$ ]]
+    run --separate-stderr "$twinmesh" --help
+    expect 0 && [[ $output == *mesh* ]] && [ -z "$stderr" ]
+    run --separate-stderr "$twinmesh" help mesh
+    expect 0 && [[ $output == *--edge* ]] && [ -z "$stderr" ]
+}
+
+@test "help that cannot be written" {
+    run --separate-stderr bash -c "'$twinmesh' help mesh >/dev/full"
+    expect 4 "standard output"
+}
+
+@test "no prefix, no frames, a folder as prefix" {
+    run --separate-stderr "$twinmesh" mesh balls.0001.npy
+    expect 2 "-o PREFIX"
+    run --separate-stderr "$twinmesh" mesh -o out
+    expect 2 "frames"
+    run --separate-stderr "$twinmesh" mesh -o ./ balls.0001.npy
+    expect 2 "folder"
+}
+
+@test "wrong values name the option, the value and what is allowed" {
+    mesh balls.0001.npy --angle 200
+    expect 2 --angle 200 "0 to 180"
+    mesh balls.0001.npy --passes 1.5
+    expect 2 --passes 1.5 "whole number"
+    mesh balls.0001.npy --edge 2vv
+    expect 2 --edge 2vv
+    mesh balls.0001.npy --iso nan
+    expect 2 --iso nan
+    mesh balls.0001.npy --inside left
+    expect 2 --inside left "above or below"
+    mesh balls.0001.npy --format ply,obj
+    expect 2 --format "ply, glb, gltf or vat"
+    mesh balls.0001.npy --dims 1,2
+    expect 2 --dims
+    mesh balls.0001.npy --threads 0
+    expect 2 --threads "1 to 256"
+    mesh balls.0001.npy --e-min 3
+    expect 2 --e-min --e-max
+    mesh balls.0001.npy --frames banana
+    expect 2 banana
+}
+
+@test "wrong options" {
+    mesh balls.0001.npy --colour red
+    expect 2 --colour "no such option"
+    mesh balls.0001.npy -x
+    expect 2 -x "no such option"
+    mesh balls.0001.npy --angle
+    expect 2 --angle missing
+    mesh balls.0001.npy --print=yes
+    expect 2 --print "takes no value"
+}
+
+@test "what is not in this version says so" {
+    for option in --resume --follow "--attribute=heat" "--format=vat" "--topology=papers" --json-log; do
+        mesh balls.0001.npy $option
+        expect 2 "not in this version"
+    done
+}
+
+@test "option syntax: =, joined, --, after operands" {
+    run --separate-stderr "$twinmesh" mesh --iso=0 -qoout --inside=below -- balls.0001.npy
+    expect 0
+    [ -s out.geometric.glb ] && [ -z "$stderr" ]
+}
+
+# --- outputs --------------------------------------------------------------------------------------
+
+@test "the files of a run, and their names" {
+    mesh balls.0001.npy balls.0002.npy --format ply,glb,gltf
+    expect 0
+    [ "$(ls out.*.ply | tr '\n' ' ')" = "out.geometric.0001.ply out.geometric.0002.ply out.mechanical.0001.ply out.mechanical.0002.ply " ]
+    for file in out.geometric.glb out.mechanical.glb out.geometric.gltf out.mechanical.gltf out.report.jsonl out.timings.jsonl; do [ -s $file ]; done
+    no_parts
+    [ "$(wc -l <out.report.jsonl)" -eq 4 ]
+    [ "$(head -c 3 out.geometric.0001.ply)" = ply ]
+    [ "$(head -c 4 out.geometric.glb)" = glTF ]
+    [ -z "$output" ]
+}
+
+@test "the report is free of times, paths and threads" {
+    mesh "$PWD/balls.0001.npy"
+    expect 0
+    ! grep -qF "$PWD" out.report.jsonl
+    ! grep -qE 'seconds|threads|balls' out.report.jsonl
+    grep -q '"complete":true' out.report.jsonl
+}
+
+@test "the surface chosen is said once, --quiet says nothing, --verbose a line a frame" {
+    mesh balls.000[123].npy
+    expect 0
+    [ "$(grep -c 'inside is below 0' <<<"$stderr")" -eq 1 ]
+    mesh balls.000[123].npy --quiet
+    expect 0 && [ -z "$stderr" ]
+    mesh balls.000[123].npy --verbose
+    expect 0 && [ "$(grep -c 'frame 000[123]:' <<<"$stderr")" -eq 3 ]
+}
+
+@test "--print names each file once it is there" {
+    mesh balls.0001.npy balls.0002.npy --print --format ply,glb
+    expect 0
+    [ "$(tr '\n' ' ' <<<"$output")" = "out.mechanical.0001.ply out.geometric.0001.ply out.mechanical.0002.ply out.geometric.0002.ply out.mechanical.glb out.geometric.glb " ]
+    for file in $output; do [ -s "$file" ]; done
+}
+
+@test "--print to a full device and to a reader that went away" {
+    run --separate-stderr bash -c "'$twinmesh' mesh balls.000[12].npy -o out --format ply --print >/dev/full"
+    expect 4 "standard output"
+    run --separate-stderr bash -c "'$twinmesh' mesh balls.000[1234].npy -o out --format ply --print | true; exit \${PIPESTATUS[0]}"
+    expect 4 "standard output"
+}
+
+@test "the same bytes for 1 and 2 threads" {
+    mesh balls.000[123].npy --format ply,glb --threads 1 -o one
+    mesh balls.000[123].npy --format ply,glb --threads 2 -o two
+    for file in one.*.ply one.*.glb one.report.jsonl; do cmp "$file" "two${file#one}"; done
+}
+
+@test "--angle 180 makes the geometric mesh a copy" {
+    mesh balls.0001.npy --angle 180 --deviation 0
+    expect 0
+    line=$(frame_of 0001)
+    [[ $line =~ triangles_mechanical\":([0-9]+) ]] && mechanical=${BASH_REMATCH[1]}
+    [[ $line =~ triangles_geometric\":([0-9]+) ]] && [ "$mechanical" -gt 0 ] && [ "$mechanical" -eq "${BASH_REMATCH[1]}" ]
+}
+
+# --- naming frames --------------------------------------------------------------------------------
+
+@test "patterns of three kinds, a folder, a step" {
+    for pattern in 'balls.####.npy' 'balls.%04d.npy' 'balls.$F4.npy'; do
+        mesh "$pattern" --frames 2-4x2
+        expect 0
+        [ "$(ls out.geometric.*.ply | tr '\n' ' ')" = "out.geometric.0002.ply out.geometric.0004.ply " ]
+        rm out.*
+    done
+    mesh 'balls.####.npy'
+    expect 0 && [ "$(ls out.geometric.*.ply | wc -l)" -eq 6 ]
+    rm out.*
+    mkdir folder && mv balls.000[12].npy folder
+    mesh folder
+    expect 0 && [ "$(ls out.geometric.*.ply | wc -l)" -eq 2 ]
+}
+
+@test "names on standard input, as they arrive" {
+    mkfifo names printed
+    "$twinmesh" mesh - -o out --iso 0 --inside below --format ply --print <names >printed 2>err &
+    exec 5>names 6<printed
+    echo balls.0001.npy >&5
+    read -r -t 60 first <&6
+    [ "$first" = out.mechanical.0001.ply ]
+    read -r -t 60 second <&6
+    echo balls.0002.npy >&5
+    read -r -t 60 third <&6
+    [ "$third" = out.mechanical.0002.ply ]
+    exec 5>&-
+    wait $!
+    [ "$(cat err | grep -c '2 frames')" -eq 1 ]
+}
+
+@test "standard input without names, a pattern that matches nothing, an empty folder" {
+    run --separate-stderr bash -c "'$twinmesh' mesh - -o out </dev/null"
+    expect 3
+    mesh 'nothing.####.npy'
+    expect 3 "nothing."
+    mkdir folder
+    mesh folder
+    expect 3 folder
+    [ "$(left)" = "folder " ]
+}
+
+@test "raw grids need their dimensions" {
+    mesh balls.0001.raw
+    expect 2 --dims balls.0001.raw
+    [ -z "$(left)" ]
+    mesh balls.0001.raw --dims 24,24,24 -o raw
+    expect 0
+    mesh balls.0001.npy -o npy
+    cmp raw.geometric.0001.ply npy.geometric.0001.ply
+    mesh balls.0001.raw --dims 24,24,25
+    expect 3 balls.0001.raw
+}
+
+@test "a real level set with its velocity" {
+    run --separate-stderr "$twinmesh" mesh "$samples/splash/fluid.0018.vdb" "$samples/splash/fluid.0019.vdb" -o out --velocity velocity
+    expect 0 "below 0" "2.5 voxels"
+    [[ $(frame_of 0019) == *'"wrong_components":0'* ]]
+}
+
+# --- bad input ------------------------------------------------------------------------------------
+
+# Three frames of which the second is bad: the first is whole, exit 3.
+bad_second() { # words...
+    mesh balls.0001.npy balls.0002.npy balls.0003.npy --format ply,glb
+    expect 3 balls.0002.npy "frame 0002" "$@"
+    [ "$(left)" = "out.geometric.0001.ply out.geometric.glb out.mechanical.0001.ply out.mechanical.glb out.report.jsonl out.timings.jsonl " ]
+    [ "$(head -c 4 out.geometric.glb)" = glTF ]
+    grep -q '"complete":false' out.report.jsonl
+}
+
+@test "a missing frame" {
+    rm balls.0002.npy
+    bad_second
+    rm out.*
+    mesh 'balls.####.npy' --frames 1-3
+    expect 3 balls.0002.npy
+}
+
+@test "a frame that holds NaN" {
+    poke balls.0002.npy 4000 '\000\000\300\177'
+    bad_second
+}
+
+@test "a truncated array" {
+    truncate -s 2000 balls.0002.npy
+    bad_second
+}
+
+@test "a first frame that is bad leaves nothing" {
+    truncate -s 100 balls.0001.npy
+    mesh balls.0001.npy balls.0002.npy
+    expect 3 balls.0001.npy
+    [ -z "$(left)" ]
+}
+
+@test "VDB files: truncated, none at all, a grid that is not there" {
+    cp "$samples/splash/fluid.0018.vdb" whole.vdb
+    for bytes in 0 10 100 5000 300000; do
+        head -c $bytes whole.vdb >cut.0001.vdb
+        mesh cut.0001.vdb
+        expect 3 cut.0001.vdb
+    done
+    cp "$BATS_TEST_DIRNAME/mesh.bats" text.0001.vdb
+    mesh text.0001.vdb
+    expect 3 text.0001.vdb
+    mesh whole.vdb --grid pressure
+    expect 3 whole.vdb pressure phi
+    mesh whole.vdb --velocity wind
+    expect 3 whole.vdb wind
+    [ "$(left)" = "cut.0001.vdb text.0001.vdb whole.vdb " ]
+}
+
+@test "a frame without surface is valid and empty, and tracking goes on" {
+    truncate -s 128 balls.0002.npy
+    truncate -s 55424 balls.0002.npy
+    mesh balls.0001.npy balls.0002.npy balls.0003.npy --format ply,glb
+    expect 0
+    grep -qa 'element vertex 0' out.geometric.0002.ply
+    grep -qa 'element face 0' out.mechanical.0002.ply
+    [[ $(frame_of 0003) =~ triangles_mechanical\":[1-9] ]]
+}
+
+@test "a sequence without any surface" {
+    for n in 1 2; do
+        truncate -s 128 balls.000$n.npy
+        truncate -s 55424 balls.000$n.npy
+    done
+    mesh balls.0001.npy balls.0002.npy --format ply,glb
+    expect 0
+    grep -qa 'element vertex 0' out.geometric.0001.ply
+    [ "$(head -c 4 out.geometric.glb)" = glTF ]
+}
+
+@test "--on-error skip: time goes on, no PLY" {
+    rm balls.0002.npy
+    mesh balls.0001.npy balls.0002.npy balls.0003.npy --on-error skip --format ply,glb
+    expect 0 balls.0002.npy "frame 0002 is skipped"
+    [ "$(ls out.geometric.*.ply | tr '\n' ' ')" = "out.geometric.0001.ply out.geometric.0003.ply " ]
+    [[ $(frame_of 0002) == *'"fate":"skipped"'* ]]
+}
+
+@test "--on-error hold: the last meshes again" {
+    rm balls.0002.npy
+    mesh balls.0001.npy balls.0002.npy balls.0003.npy --on-error hold --format ply,glb
+    expect 0 balls.0002.npy "frame 0002 is held"
+    cmp out.geometric.0001.ply out.geometric.0002.ply
+    [[ $(frame_of 0002) == *'"fate":"held"'* ]]
+    [[ $(frame_of 0003) == *'"fate":"tracked"'* ]]
+}
+
+@test "--on-error skip with nothing that can be read" {
+    rm balls.000[12].npy
+    mesh balls.0001.npy balls.0002.npy --on-error skip
+    expect 3
+    [ -z "$(left)" ]
+}
+
+# --- outputs that cannot be written ---------------------------------------------------------------
+
+@test "a folder that is not there, a file in its place" {
+    mesh balls.0001.npy -o nowhere/out
+    expect 4 nowhere "folder"
+    mesh balls.0001.npy -o balls.0002.npy/out
+    expect 4 balls.0002.npy
+    [ -z "$(left)" ]
+}
+
+@test "a folder without permission" {
+    [ "$(id -u)" -ne 0 ] || skip "root may write anywhere"
+    mkdir locked && chmod a-w locked
+    mesh balls.0001.npy -o locked/out
+    expect 4 locked
+}
+
+@test "a file that passes the size limit" {
+    run --separate-stderr bash -c "ulimit -f 4; '$twinmesh' mesh balls.000[123].npy -o out --format ply,glb"
+    expect 4
+    no_parts
+    [ -z "$(find . -name 'out.*' -size -1c)" ]
+}
+
+@test "a full disk" {
+    mkdir disk
+    mount -t tmpfs -o size=96k tmpfs disk 2>/dev/null || skip "mounting needs root"
+    mesh balls.000[123456].npy -o disk/out --format ply,glb
+    local parts
+    parts=$(find disk -name '*.part')
+    for file in disk/*.ply; do [ "$(head -c 3 "$file")" = ply ] || parts+=$file; done
+    umount disk
+    expect 4 full
+    [ -z "$parts" ]
+}
+
+@test "a signal ends the run after the frame at hand, with all files whole" {
+    mkfifo names printed
+    "$twinmesh" mesh - -o out --iso 0 --inside below --format ply,glb --print <names >printed 2>err &
+    pid=$!
+    exec 5>names 6<printed
+    echo balls.0001.npy >&5
+    read -r -t 60 first <&6
+    read -r -t 60 second <&6
+    kill -TERM $pid
+    status=0
+    wait $pid || status=$?
+    exec 5>&- 6<&-
+    [ "$status" -eq 143 ]
+    [ "$(head -c 4 out.geometric.glb)" = glTF ]
+    grep -q '"complete":false' out.report.jsonl
+    no_parts
+}

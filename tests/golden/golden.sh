@@ -1,0 +1,44 @@
+#!/usr/bin/env bash
+# The bytes of all outputs but timings, held to the hashes in this folder: over thread counts and runs.
+#   tests/golden/golden.sh [--quick] PROGRAM     --quick: the small raw grids only, for builds without optimisation
+#   UPDATE=1 tests/golden/golden.sh PROGRAM      writes the hashes anew; the commit says why they changed
+set -u
+cd "$(dirname "$0")/../.." || exit 1
+quick=
+[ "$1" = --quick ] && { quick=1; shift; }
+program=$1
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+bad=0
+
+hashes() { (cd "$1" && sha256sum -- *.ply *.glb *.gltf *.bin *.report.jsonl 2>/dev/null | LC_ALL=C sort -k2); }
+
+run() { # name, threads, arguments...
+    local name=$1 threads=$2
+    shift 2
+    local out=$scratch/$name.$threads.$RANDOM
+    mkdir "$out"
+    "$program" mesh "$@" -o "$out/$name" --threads "$threads" --quiet || { echo "$name: exit $?"; bad=1; }
+    hashes "$out"
+    rm -rf "$out"
+}
+
+golden() { # name, arguments...
+    local name=$1 expected=tests/golden/$1.sha256 threads
+    for threads in 1 2 2; do
+        run "$name" "$threads" "${@:2}" >"$scratch/got"
+        if [ -n "${UPDATE:-}" ] && [ "$threads" = 1 ]; then cp "$scratch/got" "$expected"; fi
+        if ! diff "$expected" "$scratch/got" >"$scratch/diff"; then
+            echo "$name with $threads threads: other bytes than $expected"
+            head -n 6 "$scratch/diff"
+            bad=1
+        fi
+    done
+}
+
+golden balls 'data-samples/balls/balls.####.npy' --inside below --iso 0 --format ply,glb,gltf
+if [ -z "$quick" ]; then
+    golden splash 'data-samples/splash/fluid.####.vdb' --frames 18-23 --velocity velocity --format ply,glb
+    golden smoke 'data-samples/smoke/density.####.vdb' --frames 20-23
+fi
+exit $bad
