@@ -5,7 +5,8 @@ cd "$(dirname "$0")/.." || exit 1
 build=$1
 shift
 only=("$@")
-export TWINMESH=$PWD/$build/twinmesh
+TWINMESH=$(realpath "$build")/twinmesh
+export TWINMESH
 logs=$build/logs
 mkdir -p "$logs"
 passed=0 failed=0 skipped=0
@@ -65,6 +66,10 @@ for test in "$build"/tests/test_*; do
 done
 for file in tests/cli/*.bats; do tap "cli-$(basename "$file" .bats)" bats --formatter tap "$file"; done
 one golden tests/golden/golden.sh "$build/twinmesh"
+if [ "$(basename "$build")" = release ]; then # the Makefile built these too, where it could
+    one golden-without-optimisation tests/golden/golden.sh --quick build/debug/twinmesh
+    one golden-clang tests/golden/golden.sh --quick build/clang/twinmesh
+fi
 [ -x tests/gltf/validate.sh ] && one gltf-validator tests/gltf/validate.sh "$build/twinmesh"
 
 echo

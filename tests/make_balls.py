@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes data-samples/balls: two balls that drift into each other and out of the box, as raw grids.
+"""Makes data-samples/balls: two balls that drift into each other, as raw grids.
 
     tests/make_balls.py data-samples/balls
 
@@ -11,7 +11,7 @@ import sys
 
 SIDE = 24          # samples a side, voxel size 1
 FRAMES = 6
-RADIUS = 5.2
+RADIUS = 4.6
 
 
 def distance(p, centre):
@@ -20,7 +20,7 @@ def distance(p, centre):
 
 def samples(frame):
     """Signed distance to the union, negative inside, x fastest."""
-    centres = ((6.3 + 0.9 * frame, 11.2, 11.7), (18.1 - 0.9 * frame, 12.4, 12.1))
+    centres = ((5.7 + 0.8 * frame, 11.2, 11.7), (18.2 - 0.8 * frame, 12.4, 12.1))
     return [min(distance((x, y, z), c) for c in centres)
             for z in range(SIDE) for y in range(SIDE) for x in range(SIDE)]
 

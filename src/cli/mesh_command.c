@@ -12,14 +12,14 @@
 typedef struct Run {
     MeshJob job;
     Console console;
-    Sequence *sequence;
+    Sequence sequence;
+    int64_t step;            /* what the frames' numbers rise by */
     Reader *reader;
     Track *track;
     Outputs out;
     ReportTotals totals;
     ReadFrame previous;      /* the tracker's last frame: lent to it until the next one is done */
-    int since_tracked;       /* frame intervals since the tracker saw a frame */
-    int since_shown;         /* and since a mesh was written */
+    int64_t tracked, shown;  /* numbers of the last frames that the tracker saw, and that were written; NONE */
     double frame_start_s;
 } Run;
 
@@ -37,12 +37,12 @@ static void say_problems(Run *run, const char *label, const FrameStat *s)
 {
     Console *c = &run->console;
     if (run->job.track.topology == TOPOLOGY_EXACT && s->wrong_components > 0)
-        console_problem(c, "frame %s: %d components differ from the topology of the grid", label, s->wrong_components);
+        console_problem(c, "frame %s: components that differ from the topology of the grid: %d", label, s->wrong_components);
     if (s->inverted_left > 0)
-        console_problem(c, "frame %s: %d mechanical triangles are left inverted", label, s->inverted_left);
+        console_problem(c, "frame %s: mechanical triangles left inverted: %d", label, s->inverted_left);
     console_detail(c,
-                   "frame %s: %d components, %d + %d triangles, %d splits, %d collapses, %d CG iterations, "
-                   "%d components remade, %.1f %% of identities kept",
+                   "frame %s: components %d, triangles %d + %d, splits %d, collapses %d, CG iterations %d, "
+                   "components remade %d, identities kept %.1f %%",
                    label, s->components, s->triangles_mechanical, s->triangles_geometric, s->splits, s->collapses,
                    s->cg_iterations, s->remade_components, 100 * (isnan(s->ids_kept) ? 1 : s->ids_kept));
 }
@@ -54,9 +54,16 @@ static void account(Run *run, const ReadFrame *f, FrameFate fate, const FrameSta
     seconds.read = f->seconds;
     seconds.whole = now - run->frame_start_s;
     run->frame_start_s = now;
-    report_write_frame(run->out.report.stream, f->label, fate, f->surface[0] ? f->surface : NULL, stat);
-    timings_write_frame(run->out.timings.stream, f->label, &seconds);
+    report_write_frame(run->out.report.stream, f->frame.digits, fate, f->surface[0] ? f->surface : NULL, stat);
+    timings_write_frame(run->out.timings.stream, f->frame.digits, &seconds);
     report_totals_add(&run->totals, fate, stat, &seconds);
+}
+
+/* Frame intervals from one number to the next. Names on standard input need not come in order. */
+static int intervals(int64_t from, int64_t to, int64_t step)
+{
+    int64_t n = from == NONE ? 1 : (to - from) / step;
+    return n < 1 ? 1 : n > INT32_MAX ? INT32_MAX : (int)n;
 }
 
 static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
@@ -64,19 +71,21 @@ static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
     FrameStat stat = {0};
     say_choices(run, f);
     const Grid *velocity = f->has_velocity ? &f->velocity : NULL;
-    bool good = track_frame(run->track, &f->field, velocity, run->since_tracked, &stat, err);
+    int64_t number = f->frame.number;
+    bool good = track_frame(run->track, &f->field, velocity, intervals(run->tracked, number, 1), &stat, err);
     readframe_free(&run->previous);
     run->previous = *f;
     if (!good) return false;
 
     double start = console_clock();
-    if (!outputs_add_frame(&run->out, run->track, f->label, run->since_shown, err)) return false;
+    int gap = intervals(run->shown, number, run->step);
+    if (!outputs_add_frame(&run->out, run->track, f->frame.digits, gap, err)) return false;
     StageSeconds seconds = report_stages(&stat);
     seconds.wait = wait_s;
     seconds.write = console_clock() - start;
-    say_problems(run, f->label, &stat);
+    say_problems(run, f->frame.digits, &stat);
     account(run, f, FRAME_TRACKED, &stat, seconds);
-    run->since_tracked = run->since_shown = 1;
+    run->tracked = run->shown = number;
     return true;
 }
 
@@ -84,19 +93,48 @@ static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
 static bool pass_over(Run *run, ReadFrame *f, double wait_s, Err *err)
 {
     OnError want = run->job.on_error;
-    if (want == ON_ERROR_STOP) return fail(err, f->err.code, "frame %s: %s", f->label, f->err.text);
+    if (want == ON_ERROR_STOP) return fail(err, f->err.code, "frame %s: %s", f->frame.digits, f->err.text);
     bool hold = want == ON_ERROR_HOLD && run->out.nframe > 0;
-    console_problem(&run->console, "frame %s is %s: %s", f->label, hold ? "held" : "skipped", f->err.text);
+    console_problem(&run->console, "frame %s is %s: %s", f->frame.digits, hold ? "held" : "skipped", f->err.text);
     double start = console_clock();
-    if (hold && !outputs_hold_frame(&run->out, f->label, run->since_shown, err)) return false;
+    int gap = intervals(run->shown, f->frame.number, run->step);
+    if (hold && !outputs_hold_frame(&run->out, f->frame.digits, gap, err)) return false;
     StageSeconds seconds = {.wait = wait_s, .write = console_clock() - start};
     account(run, f, hold ? FRAME_HELD : FRAME_SKIPPED, NULL, seconds);
-    run->since_tracked++;
-    run->since_shown = hold ? 1 : run->since_shown + 1;
+    if (hold) run->shown = f->frame.number;
     return true;
 }
 
 /* --- the sequence --------------------------------------------------------------------------------- */
+
+static int64_t common_divisor(int64_t a, int64_t b)
+{
+    while (b) {
+        int64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+/* The step of a sequence such as 10, 12, 14: played at a half of the frame rate it keeps its pace, without gaps.
+ * Of names on standard input nothing is known yet: 1. */
+static bool find_step(const MeshJob *job, const Options *o, int64_t *step, Err *err)
+{
+    Sequence s;
+    Frame *frame = NEW(Frame, 1);
+    int64_t last = NONE;
+    *step = 0;
+    bool good = sequence_open(&s, o->noperand, o->operand, job->frames, volume_is_known, err);
+    while (good && sequence_length(&s) != NONE && sequence_next(&s, frame, err) == SEQUENCE_FRAME) {
+        if (last != NONE) *step = common_divisor(frame->number - last, *step);
+        last = frame->number;
+    }
+    if (good) sequence_close(&s);
+    if (*step == 0) *step = 1;
+    mem_free(frame);
+    return good;
+}
 
 /* True when the last frame is done, or a signal asks for an end between frames. */
 static bool follow(Run *run, Err *err)
@@ -104,25 +142,27 @@ static bool follow(Run *run, Err *err)
     for (;;) {
         ReadFrame f;
         double start = console_clock();
-        if (!reader_take(run->reader, &f) || f.end) return true;
+        if (!reader_take(run->reader, &f) || f.step == SEQUENCE_END) return true;
+        if (f.step == SEQUENCE_ERROR) return fail(err, f.err.code, "%s", f.err.text);
         double wait_s = console_clock() - start;
         bool was_read = f.good;
         bool good = (was_read ? track_one : pass_over)(run, &f, wait_s, err);
         if (!was_read) readframe_free(&f);
         if (!good) return false;
         int done = run->totals.frames + run->totals.held + run->totals.skipped;
-        console_progress(&run->console, done, sequence_count(run->sequence));
+        console_progress(&run->console, done, int_max(sequence_length(&run->sequence), 0));
     }
 }
 
 static bool open_all(Run *run, const Options *o, Err *err)
 {
     const MeshJob *job = &run->job;
-    run->sequence = sequence_open(o->noperand, o->operand, job->frames, err);
-    if (!run->sequence || !outputs_open(&run->out, job, err)) return false;
+    if (!find_step(job, o, &run->step, err)) return false;
+    if (!sequence_open(&run->sequence, o->noperand, o->operand, job->frames, volume_is_known, err)) return false;
+    if (!outputs_open(&run->out, job, job->track.fps / (double)run->step, err)) return false;
     job_echo(o, TWINMESH_VERSION, run->out.report.stream);
     run->track = track_open(&job->track);
-    run->reader = reader_open(job, run->sequence, err);
+    run->reader = reader_open(job, &run->sequence, err);
     return run->reader != NULL;
 }
 
@@ -147,7 +187,7 @@ static int run_job(Run *run, const Options *o)
     Err err = {0};
     run->console = console_make(run->job.loudness);
     run->totals = report_totals_zero();
-    run->since_tracked = run->since_shown = 1;
+    run->tracked = run->shown = NONE;
     run->frame_start_s = console_clock();
     thread_set_count(run->job.threads);
 
@@ -158,7 +198,7 @@ static int run_job(Run *run, const Options *o)
     console_clear(&run->console);
     if (run->track) track_close(run->track);
     readframe_free(&run->previous);
-    sequence_close(run->sequence);
+    sequence_close(&run->sequence);
 
     if (!good) console_problem(&run->console, "%s", err.text);
     if (shown && run->job.loudness > LOUD_QUIET) report_summarise(stderr, &run->totals);

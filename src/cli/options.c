@@ -174,7 +174,7 @@ static bool parse_letters(Options *o, int argc, char **argv, int *i, Err *err)
 
 bool options_parse(Options *o, int argc, char **argv, Err *err)
 {
-    *o = (Options){.operand = NEW0(const char *, argc + 1)};
+    *o = (Options){.operand = NEW0(char *, argc + 1)};
     for (int i = 0; i < OPTION_COUNT; i++) {
         const OptionSpec *spec = &option_table[i];
         bool good = !spec->fallback || parse_value(spec, &o->value[i], spec->fallback, err);
@@ -183,7 +183,7 @@ bool options_parse(Options *o, int argc, char **argv, Err *err)
     }
     bool only_operands = false;
     for (int i = 0; i < argc; i++) {
-        const char *a = argv[i];
+        char *a = argv[i];
         bool is_option = !only_operands && a[0] == '-' && a[1];
         if (!is_option)
             o->operand[o->noperand++] = a;

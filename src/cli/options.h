@@ -44,7 +44,7 @@ typedef struct OptionValue {
 typedef struct Options {
     OptionValue value[OPTION_COUNT];
     int noperand;
-    const char **operand;     /* [noperand] borrowed from argv */
+    char **operand;           /* [noperand] borrowed from argv */
 } Options;
 
 /* Parses argv[0 .. argc-1] (no command name among them). options_free in any case. */

@@ -26,24 +26,24 @@ static bool open_lines(OutFile *f, const char *prefix, const char *middle, Err *
     return good;
 }
 
-static bool open_gltf(Outputs *o, int kind, int file, Err *err)
+static bool open_gltf(Outputs *o, int kind, int file, double fps, Err *err)
 {
     const MeshJob *job = o->job;
     if (!(job->formats & gltf_format[file])) return true;
     o->gltf_path[kind][file] = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
     GltfOptions options = {
-        .path = o->gltf_path[kind][file], .fps = job->track.fps, .name = kind_name[kind], .step = job->gltf_step};
+        .path = o->gltf_path[kind][file], .fps = fps, .name = kind_name[kind], .step = job->gltf_step};
     o->gltf[kind][file] = gltf_open(&options, err);
     return o->gltf[kind][file] != NULL;
 }
 
-bool outputs_open(Outputs *o, const MeshJob *job, Err *err)
+bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)
 {
     *o = (Outputs){.job = job};
     bool good = open_lines(&o->report, job->prefix, "report", err) &&
                 open_lines(&o->timings, job->prefix, "timings", err);
     for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, err);
+        for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, err);
     if (!good) outputs_abort(o);
     return good;
 }

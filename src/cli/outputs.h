@@ -19,8 +19,8 @@ typedef struct Outputs {
     int nframe;                              /* shown so far */
 } Outputs;
 
-/* False leaves nothing behind. */
-bool outputs_open(Outputs *o, const MeshJob *job, Err *err);
+/* `fps`: frames a second of the glTF. False leaves nothing behind. */
+bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err);
 /* The meshes of the frame just tracked. `frames`: intervals since the last one shown. */
 bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int frames, Err *err);
 /* The last meshes once more. */

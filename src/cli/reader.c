@@ -28,7 +28,6 @@ void readframe_free(ReadFrame *f)
 {
     field_free(&f->field);
     if (f->has_velocity) grid_free(&f->velocity);
-    mem_free(f->path);
     *f = (ReadFrame){0};
 }
 
@@ -45,11 +44,11 @@ static void choose_surface(Reader *r, const Volume *v, ReadFrame *f)
 static bool read_frame(Reader *r, ReadFrame *f)
 {
     Volume v = {0};
-    if (!volume_read(f->path, &r->job->request, &v, &f->err)) return false;
+    if (!volume_read(f->frame.path, &r->job->request, &v, &f->err)) return false;
     choose_surface(r, &v, f);
     Err err;
     bool good = field_build(&f->field, &v.surface, &r->spec, &err);
-    if (!good) fail(&f->err, err.code, "%s: %s", f->path, err.text);
+    if (!good) fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
     if (good && v.has_velocity) {
         f->units = velocity_units_of(&v.velocity, r->job->request.velocity, r->job->velocity_units);
         velocity_to_world(&v.velocity, f->units);
@@ -65,14 +64,9 @@ static bool read_frame(Reader *r, ReadFrame *f)
 static void next_frame(Reader *r, ReadFrame *f)
 {
     double start = console_clock();
-    SequenceFrame next;
     *f = (ReadFrame){0};
-    if (!sequence_next(r->sequence, &next)) {
-        f->end = true;
-        return;
-    }
-    f->path = mem_text(next.path);
-    snprintf(f->label, sizeof f->label, "%s", next.label);
+    f->step = sequence_next(r->sequence, &f->frame, &f->err);
+    if (f->step != SEQUENCE_FRAME) return;
     f->good = read_frame(r, f);
     f->seconds = console_clock() - start;
 }
@@ -89,7 +83,7 @@ static void *reader_run(void *context)
 
         ReadFrame frame;
         next_frame(r, &frame);
-        more = !frame.end;
+        more = frame.step == SEQUENCE_FRAME;
 
         pthread_mutex_lock(&r->lock);
         r->slot = frame;
@@ -165,7 +159,7 @@ void reader_close(Reader *r)
     }
     pthread_mutex_unlock(&r->lock);
     pthread_join(r->thread, NULL);
-    if (r->full && !r->slot.end) readframe_free(&r->slot);
+    if (r->full) readframe_free(&r->slot);
     pthread_mutex_destroy(&r->lock);
     pthread_cond_destroy(&r->changed);
     mem_free(r);

@@ -6,11 +6,10 @@
 #include "sequence/pattern.h"
 
 typedef struct ReadFrame {
-    bool end;                  /* no more frames; all else is unset */
-    bool good;                 /* else err says why not; path and label are set */
+    SequenceStep step;         /* ..._FRAME: there is one; ..._ERROR: err says why the sequence cannot go on */
+    Frame frame;
+    bool good;                 /* it could be read; else err says why not */
     Err err;
-    char *path;
-    char label[24];            /* the frame's number, digit for digit */
     Field field;
     bool has_velocity;
     Grid velocity;             /* world units a second */

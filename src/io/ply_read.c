@@ -397,7 +397,7 @@ static bool read_corners(Reader *r, const Property *p, int64_t row, int64_t coun
                     r->path, (long long)row, (long long)count);
     for (int k = 0; k < 3; k++) {
         double x;
-        int32_t v;
+        int32_t v = 0;
         if (!take_number(r, p->type, &x) || !as_int(r, x, &v)) return false;
         if (v < 0 || v >= r->mesh->nvert)
             return fail(r->err, ERR_INPUT, "%.800s: face %lld names vertex %d of %d; the file is damaged",
@@ -411,7 +411,7 @@ static bool read_value(Reader *r, const Property *p, int64_t row)
 {
     double x;
     if (p->count != T_NONE) {
-        int32_t count;
+        int32_t count = 0;
         if (!take_number(r, p->count, &x) || !as_int(r, x, &count)) return false;
         if (count < 0) return refuse(r, "the PLY file has a list of negative length");
         if (p->corners) return read_corners(r, p, row, count);

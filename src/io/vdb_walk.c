@@ -144,6 +144,7 @@ static bool walk_root(Walk *w, Map *taken)
 {
     uint32_t ntile = 0, nchild = 0, nbuffer = 0;
     if (!walk_u32(w, &nbuffer) || !walk_bytes(w, w->value_size)) return false;
+    if (nbuffer != 1) return walk_fail(w, "it has several buffers, as only old files had");
     if (!walk_u32(w, &ntile) || !walk_u32(w, &nchild)) return false;
     for (uint32_t i = 0; i < ntile; i++) {
         if (!walk_corner(w, taken) || !walk_bytes(w, w->value_size)) return false;

@@ -35,6 +35,7 @@ typedef struct SurfaceChoice {
     FieldSpec spec;
     char why[300];
 } SurfaceChoice;
-/* Level sets: inside below 0. Densities: inside above 0.5 when the data reach it, else half the largest value... `iso`
- * and `inside` overrule (iso NaN: not given; inside 0: not given, 1 above, -1 below). */
+/* Level sets: inside below 0. Densities: inside above 0.1, the same in every frame, so that the surface does not jump
+ * with a frame's largest value. `iso` and `inside` overrule (iso NaN: not given; inside 0: not given, 1 above,
+ * -1 below). */
 SurfaceChoice volume_choose_surface(const Volume *v, double iso, int inside);

@@ -6,18 +6,20 @@
 
 /* --- limits -------------------------------------------------------------------------------------------------------- */
 
-#define HYSTERESIS 0.7       /* a marked edge stays marked above this share of a limit */
-#define EDGE_SHORTEST_VOX 0.3 /* edges below this are not marked: the samples hold no finer detail */
-#define LAND_REACH 0.5       /* a midpoint lands at most this far away, in lengths of its edge */
-#define FACING_MIN 0.2       /* mean cosine of a cut triangle's normal to the surface's; below it midpoints go back */
+#define HYSTERESIS 0.7        /* a marked edge stays marked above this share of a limit */
+#define ANGLE_SHORTEST_VOX 0.9 /* edges below this are not cut for their normals' sake: the samples hold no finer detail, */
+#define DEVIATION_SHORTEST_VOX 0.4 /* nor below this for the distance's */
+#define LAND_REACH 0.5        /* a midpoint lands at most this far away, in lengths of its edge */
+#define FACING_MIN 0.2        /* mean cosine of a cut triangle's normal to the surface's; else it is not cut so */
 
-enum { GRAIN = 1024, SEND_BACK_ROUNDS = 8 };
+enum { GRAIN = 1024 };
 
 /* One pass's view of the mesh: its edges. */
 typedef struct Pass {
     RefinedMesh *m;
     const Field *field;
     const Refine *memory;
+    const Homes *homes;
     double cos_limit, cos_kept, dev_limit, dev_kept; /* for fresh marks, and for those of last frame */
     Map edge_at;
     int nedge, capedge;
@@ -25,8 +27,10 @@ typedef struct Pass {
     int32_t (*side)[2];     /* [nedge] the two triangles */
     int32_t *edge_of;       /* [3*ntri] */
     uint8_t *marked;        /* [nedge] */
+    Vec3 *mid_pos, *mid_normal; /* [nedge] where a marked edge's midpoint lands */
     int32_t *mid;           /* [nedge] new vertex or NONE */
     Vec3 *tri_normal;       /* [ntri] */
+    uint8_t *state;         /* [ntri] TRI_... */
 } Pass;
 
 /* --- columns --------------------------------------------------------------------------------------------------------- */
@@ -126,7 +130,10 @@ static void find_edges(Pass *p)
         p->nedge++;
     }
     p->marked = NEW0(uint8_t, p->nedge);
+    p->mid_pos = NEW(Vec3, p->nedge);
+    p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);
+    p->state = NEW0(uint8_t, m->ntri);
 }
 
 static uint64_t key_of_edge(const RefinedMesh *m, int a, int b) { return key_pair(int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b])); }
@@ -137,15 +144,15 @@ static void mark_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     const RefinedMesh *m = p->m;
-    const double voxel = p->field->voxel, shortest2 = EDGE_SHORTEST_VOX * EDGE_SHORTEST_VOX * voxel * voxel;
+    const double voxel = p->field->voxel;
     for (int e = begin; e < end; e++) {
         int a = p->ends[e][0], b = p->ends[e][1];
         bool kept = map_get(&p->memory->marked, key_of_edge(m, a, b)) != NONE;
         double cos_limit = kept ? p->cos_kept : p->cos_limit, dev = (kept ? p->dev_kept : p->dev_limit) * voxel;
         if (v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]) < cos_limit) p->marked[e] |= MARK_OTHERS;
-        if (v_len2(v_sub(m->pos[a], m->pos[b])) < shortest2) continue;
-        if (v_dot(m->normal[a], m->normal[b]) < cos_limit) p->marked[e] |= MARK_SELF;
-        else if (dev > 0) {
+        double length = v_dist(m->pos[a], m->pos[b]) / voxel;
+        if (length >= ANGLE_SHORTEST_VOX && v_dot(m->normal[a], m->normal[b]) < cos_limit) p->marked[e] |= MARK_SELF;
+        else if (length >= DEVIATION_SHORTEST_VOX && dev > 0) {
             double F;
             Vec3 mid = v_mid(m->pos[a], m->pos[b]), g;
             field_sample(p->field, 1, &mid, &F, &g);
@@ -158,7 +165,7 @@ static void mark_block(void *ctx, int begin, int end)
 static int settle_marks(Pass *p)
 {
     const RefinedMesh *m = p->m;
-    const double shortest = EDGE_SHORTEST_VOX * p->field->voxel;
+    const double shortest = ANGLE_SHORTEST_VOX * p->field->voxel;
     uint8_t *cut = NEW0(uint8_t, p->nedge);
     int n = 0;
     for (int e = 0; e < p->nedge; e++) {
@@ -175,11 +182,150 @@ static int settle_marks(Pass *p)
     return n;
 }
 
-/* --- cutting ----------------------------------------------------------------------------------------------------------- */
+/* --- landing the midpoints ----------------------------------------------------------------------------------------------- */
 
-static void add_midpoints(Pass *p, Map *marked_now, int32_t *next_id)
+/* Is q on the component that vertex v belongs to? */
+static bool is_home(const Pass *p, int v, Vec3 q)
+{
+    if (!p->homes) return true;
+    while (p->m->ends[v][0] != NONE) v = p->m->ends[v][0];
+    int32_t home = p->homes->of[v];
+    return home == NONE || p->homes->is_home(p->homes->ctx, home, q);
+}
+
+/* Marks whose midpoint finds no surface, another component's, or another sheet are taken back. */
+static void land_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    const RefinedMesh *m = p->m;
+    for (int e = begin; e < end; e++) {
+        if (!p->marked[e]) continue;
+        int a = p->ends[e][0], b = p->ends[e][1];
+        Vec3 q = v_mid(m->pos[a], m->pos[b]), n;
+        p->marked[e] = 0;
+        if (field_project(p->field, 1, &q, LAND_REACH * v_dist(m->pos[a], m->pos[b]), NULL) != 0) continue;
+        q = v_round32(q);
+        field_normals(p->field, 1, &q, &n);
+        if (v_dot(n, v_add(m->normal[a], m->normal[b])) <= 0 || !is_home(p, a, q)) continue;
+        p->marked[e] = 1;
+        p->mid_pos[e] = q;
+        p->mid_normal[e] = n;
+    }
+}
+
+/* --- patterns ------------------------------------------------------------------------------------------------------------ */
+
+enum { TRI_CHECK = 1, TRI_BAD = 2, TRI_OTHER_DIAGONAL = 4 };
+
+/* The triangles that take a triangle's place: corners 0 1 2, midpoints 3 (of 0-1), 4 (of 1-2), 5 (of 2-0). Marks are bits
+ * 1, 2, 4 of these edges; two marks leave a choice of diagonal. Returns how many. */
+static int pattern(int marks, bool other_diagonal, uint8_t out[4][3])
+{
+    static const uint8_t ONE[2][3] = {{0, 3, 2}, {3, 1, 2}};
+    static const uint8_t TWO[2][3][3] = {{{3, 1, 4}, {0, 3, 4}, {0, 4, 2}}, {{3, 1, 4}, {0, 3, 2}, {3, 4, 2}}};
+    static const uint8_t ALL[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
+    static const uint8_t TURN[8] = {0, 0, 1, 0, 2, 2, 1, 0}; /* turns that bring the marks to edge 0, or to edges 0 and 1 */
+    int n = marks == 0 ? 1 : marks == 7 ? 4 : marks == 1 || marks == 2 || marks == 4 ? 2 : 3, turn = TURN[marks];
+    if (n == 1) {
+        out[0][0] = 0, out[0][1] = 1, out[0][2] = 2;
+        return 1;
+    }
+    const uint8_t(*from)[3] = n == 2 ? ONE : n == 3 ? TWO[other_diagonal] : ALL;
+    for (int t = 0; t < n; t++)
+        for (int k = 0; k < 3; k++) out[t][k] = (uint8_t)(from[t][k] < 3 ? (from[t][k] + turn) % 3 : 3 + (from[t][k] - 3 + turn) % 3);
+    return n;
+}
+
+static int marks_of(const Pass *p, int t)
+{
+    int marks = 0;
+    for (int k = 0; k < 3; k++) marks |= (p->marked[p->edge_of[3 * t + k]] != 0) << k;
+    return marks;
+}
+
+static bool is_bad(const Field *f, const Vec3 q[3], const Vec3 n[3])
+{
+    Vec3 a = v_area2(q[0], q[1], q[2]);
+    double area2 = v_len(a);
+    if (!(area2 > 0) || v_dot(a, v_add(v_add(n[0], n[1]), n[2])) < 3 * FACING_MIN * area2) return true;
+    return field_triangle_inverted(f, q[0], q[1], q[2]);
+}
+
+/* A triangle's corners and landed midpoints. */
+static void six_points(const Pass *p, int t, Vec3 pos[6], Vec3 normal[6])
+{
+    for (int k = 0; k < 3; k++) {
+        int v = p->m->tri[3 * t + k], e = p->edge_of[3 * t + k];
+        pos[k] = p->m->pos[v], normal[k] = p->m->normal[v];
+        pos[3 + k] = p->mid_pos[e], normal[3 + k] = p->mid_normal[e];
+    }
+}
+
+static bool pattern_is_bad(const Field *f, int marks, bool other, const Vec3 pos[6], const Vec3 normal[6])
+{
+    uint8_t part[4][3];
+    int n = pattern(marks, other, part);
+    for (int i = 0; i < n; i++) {
+        const uint8_t *c = part[i];
+        if (is_bad(f, (Vec3[3]){pos[c[0]], pos[c[1]], pos[c[2]]}, (Vec3[3]){normal[c[0]], normal[c[1]], normal[c[2]]})) return true;
+    }
+    return false;
+}
+
+/* Of the two diagonals the one between the more alike normals lies along the lesser curvature (GI'07 section 3). */
+static bool prefers_other_diagonal(int marks, const Vec3 normal[6])
+{
+    int turn = marks == 6 ? 1 : marks == 5 ? 2 : 0; /* diagonals: corner 0 - midpoint 4, midpoint 3 - corner 2 */
+    return v_dot(normal[turn], normal[3 + (1 + turn) % 3]) < v_dot(normal[3 + turn], normal[(2 + turn) % 3]);
+}
+
+static void check_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    for (int t = begin; t < end; t++) {
+        int marks = marks_of(p, t);
+        if (!(p->state[t] & TRI_CHECK)) continue;
+        p->state[t] = 0;
+        if (marks == 0) continue;
+        Vec3 pos[6], normal[6];
+        six_points(p, t, pos, normal);
+        bool other = prefers_other_diagonal(marks, normal), two = marks == 3 || marks == 5 || marks == 6;
+        if (pattern_is_bad(p->field, marks, other, pos, normal)) {
+            if (two && !pattern_is_bad(p->field, marks, !other, pos, normal)) other = !other;
+            else if (!is_bad(p->field, pos, normal)) p->state[t] |= TRI_BAD;
+        }
+        if (other) p->state[t] |= TRI_OTHER_DIAGONAL;
+    }
+}
+
+/* Marks that would turn a piece against the surface are taken back, until no piece is worse than its whole. */
+static void withdraw_marks(Pass *p)
+{
+    int n = p->m->ntri;
+    for (int t = 0; t < n; t++) p->state[t] = TRI_CHECK;
+    for (bool again = true; again;) {
+        parallel_for(n, GRAIN, check_block, p);
+        again = false;
+        for (int t = 0; t < n; t++) {
+            if (!(p->state[t] & TRI_BAD)) continue;
+            for (int k = 0; k < 3; k++) {
+                int e = p->edge_of[3 * t + k];
+                if (!p->marked[e]) continue;
+                p->marked[e] = 0;
+                again = true;
+                p->state[p->side[e][0]] |= TRI_CHECK;
+                p->state[p->side[e][1]] |= TRI_CHECK;
+            }
+        }
+    }
+}
+
+/* --- cutting ---------------------------------------------------------------------------------------------------------------- */
+
+static int add_midpoints(Pass *p, Map *marked_now, int32_t *next_id)
 {
     RefinedMesh *m = p->m;
+    int first = m->nvert;
     for (int e = 0; e < p->nedge; e++) {
         p->mid[e] = NONE;
         if (!p->marked[e]) continue;
@@ -188,131 +334,28 @@ static void add_midpoints(Pass *p, Map *marked_now, int32_t *next_id)
         int32_t id = map_get(&p->memory->marked, key);
         if (id == NONE) id = (*next_id)++;
         map_put(marked_now, key, id);
-        p->mid[e] = add_vert(m, v_mid(m->pos[a], m->pos[b]), v_unit(v_add(m->normal[a], m->normal[b])), id, a, b);
+        p->mid[e] = add_vert(m, p->mid_pos[e], p->mid_normal[e], id, a, b);
     }
+    return m->nvert - first;
 }
 
-typedef struct LandJob {
-    const Field *field;
-    RefinedMesh *m;
-    int first;
-    uint8_t *flat; /* [nvert - first] stays on its edge */
-} LandJob;
-
-static void land_block(void *ctx, int begin, int end)
+static void cut_triangles(Pass *p)
 {
-    LandJob *job = ctx;
-    RefinedMesh *m = job->m;
-    for (int i = begin; i < end; i++) {
-        int v = job->first + i;
-        Vec3 p = m->pos[v], n;
-        double reach = LAND_REACH * v_dist(m->pos[m->ends[v][0]], m->pos[m->ends[v][1]]);
-        job->flat[i] = field_project(job->field, 1, &p, reach, NULL) != 0;
-        if (!job->flat[i]) {
-            p = v_round32(p);
-            field_normals(job->field, 1, &p, &n);
-            job->flat[i] = v_dot(n, m->normal[v]) <= 0; /* another sheet */
+    RefinedMesh *m = p->m;
+    Tris out = {0};
+    for (int t = 0; t < m->ntri; t++) {
+        uint8_t part[4][3];
+        int32_t v[6];
+        for (int k = 0; k < 3; k++) {
+            v[k] = m->tri[3 * t + k];
+            v[3 + k] = p->mid[p->edge_of[3 * t + k]];
         }
-        if (job->flat[i]) m->pos[v] = v_round32(m->pos[v]);
-        else m->pos[v] = p, m->normal[v] = n;
+        int n = pattern(marks_of(p, t), (p->state[t] & TRI_OTHER_DIAGONAL) != 0, part);
+        for (int i = 0; i < n; i++) add_tri(&out, v[part[i][0]], v[part[i][1]], v[part[i][2]], m->parent[t]);
     }
-}
-
-/* Of the quad's two diagonals the one between the more alike normals lies along the lesser curvature. */
-static bool is_flatter(const RefinedMesh *m, int a, int b, int c, int d)
-{
-    return v_dot(m->normal[a], m->normal[b]) >= v_dot(m->normal[c], m->normal[d]);
-}
-
-static void cut_triangle(const Pass *p, int t, Tris *out)
-{
-    const RefinedMesh *m = p->m;
-    int v[3], w[3], n = 0, parent = m->parent[t];
-    for (int k = 0; k < 3; k++) {
-        v[k] = m->tri[3 * t + k];
-        w[k] = p->mid[p->edge_of[3 * t + k]]; /* on the edge v[k] -> v[k+1] */
-        n += w[k] != NONE;
-    }
-    int k = 0; /* turn the triangle: one mark on edge 0; or the unmarked edge is edge 2 */
-    while (n == 1 && w[k] == NONE) k++;
-    while (n == 2 && w[(k + 2) % 3] != NONE) k++;
-    int a = v[k], b = v[(k + 1) % 3], c = v[(k + 2) % 3], ab = w[k], bc = w[(k + 1) % 3], ca = w[(k + 2) % 3];
-    if (n == 0) {
-        add_tri(out, a, b, c, parent);
-    } else if (n == 1) {
-        add_tri(out, a, ab, c, parent);
-        add_tri(out, ab, b, c, parent);
-    } else if (n == 2) {
-        add_tri(out, ab, b, bc, parent);
-        if (is_flatter(m, a, bc, ab, c)) {
-            add_tri(out, a, ab, bc, parent);
-            add_tri(out, a, bc, c, parent);
-        } else {
-            add_tri(out, a, ab, c, parent);
-            add_tri(out, ab, bc, c, parent);
-        }
-    } else {
-        add_tri(out, a, ab, ca, parent);
-        add_tri(out, ab, b, bc, parent);
-        add_tri(out, ca, bc, c, parent);
-        add_tri(out, ab, bc, ca, parent);
-    }
-}
-
-/* --- sending midpoints back ------------------------------------------------------------------------------------------------ */
-
-static bool is_bad(const RefinedMesh *m, const Field *f, const int32_t *c)
-{
-    Vec3 a = v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
-    double area2 = v_len(a);
-    if (!(area2 > 0)) return true;
-    Vec3 n = v_add(v_add(m->normal[c[0]], m->normal[c[1]]), m->normal[c[2]]);
-    if (v_dot(a, n) >= 3 * FACING_MIN * area2) return false;
-    return v_dot(a, n) < 0 || field_triangle_inverted(f, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
-}
-
-typedef struct BadJob {
-    const RefinedMesh *m;
-    const Field *field;
-    const int32_t *tri;
-    uint8_t *bad;
-} BadJob;
-
-static void bad_block(void *ctx, int begin, int end)
-{
-    BadJob *job = ctx;
-    for (int t = begin; t < end; t++) job->bad[t] = is_bad(job->m, job->field, job->tri + 3 * t);
-}
-
-static bool send_back(RefinedMesh *m, int v)
-{
-    if (m->ends[v][0] == NONE) return false;
-    Vec3 p = v_round32(v_mid(m->pos[m->ends[v][0]], m->pos[m->ends[v][1]]));
-    if (v_len2(v_sub(p, m->pos[v])) == 0) return false;
-    m->pos[v] = p;
-    m->normal[v] = v_unit(v_add(m->normal[m->ends[v][0]], m->normal[m->ends[v][1]]));
-    return true;
-}
-
-/* Midpoints of bad triangles go back to their edges, in the order of their making, so that a midpoint's ends have
- * settled before it. Triangles of flat midpoints are as good as the one they were cut from. */
-static int mend_triangles(RefinedMesh *m, const Field *field, const Tris *t)
-{
-    int sent = 0;
-    uint8_t *bad = NEW(uint8_t, t->n), *back = NEW(uint8_t, m->nvert);
-    for (int round = 0; round < SEND_BACK_ROUNDS; round++) {
-        parallel_for(t->n, GRAIN, bad_block, &(BadJob){m, field, t->tri, bad});
-        memset(back, 0, (size_t)m->nvert);
-        for (int k = 0; k < t->n; k++)
-            if (bad[k]) back[t->tri[3 * k]] = back[t->tri[3 * k + 1]] = back[t->tri[3 * k + 2]] = 1;
-        int changed = 0;
-        for (int v = 0; v < m->nvert; v++) changed += back[v] && send_back(m, v);
-        if (!changed) break;
-        sent += changed;
-    }
-    mem_free(bad);
-    mem_free(back);
-    return sent;
+    mem_free(m->tri);
+    mem_free(m->parent);
+    m->ntri = out.n, m->captri = out.cap, m->tri = out.tri, m->parent = out.parent;
 }
 
 /* --- passes ------------------------------------------------------------------------------------------------------------------ */
@@ -324,8 +367,11 @@ static void pass_free(Pass *p)
     mem_free(p->side);
     mem_free(p->edge_of);
     mem_free(p->marked);
+    mem_free(p->mid_pos);
+    mem_free(p->mid_normal);
     mem_free(p->mid);
     mem_free(p->tri_normal);
+    mem_free(p->state);
 }
 
 /* Returns whether anything was cut. */
@@ -336,21 +382,14 @@ static bool run_pass(Pass *p, Map *marked_now, int32_t *next_id, RefineStat *sta
     p->tri_normal = NEW(Vec3, m->ntri);
     parallel_for(m->ntri, GRAIN, centroid_normals, &(NormalJob){p->field, m, 0, p->tri_normal});
     parallel_for(p->nedge, GRAIN, mark_block, p);
-    if (settle_marks(p) == 0) return false;
-    int first = m->nvert;
-    add_midpoints(p, marked_now, next_id);
-    int n = m->nvert - first;
-    uint8_t *flat = NEW(uint8_t, n);
-    parallel_for(n, GRAIN, land_block, &(LandJob){p->field, m, first, flat});
-    for (int i = 0; i < n; i++) stat->lost += flat[i];
-    mem_free(flat);
-    Tris out = {0};
-    for (int t = 0; t < m->ntri; t++) cut_triangle(p, t, &out);
-    stat->lost += mend_triangles(m, p->field, &out);
-    mem_free(m->tri);
-    mem_free(m->parent);
-    m->ntri = out.n, m->captri = out.cap, m->tri = out.tri, m->parent = out.parent;
-    return true;
+    int wanted = settle_marks(p);
+    if (wanted == 0) return false;
+    parallel_for(p->nedge, GRAIN, land_block, p);
+    withdraw_marks(p);
+    int added = add_midpoints(p, marked_now, next_id);
+    stat->lost += wanted - added;
+    cut_triangles(p);
+    return added > 0;
 }
 
 static void measure(Pass *p, RefineStat *stat)
@@ -372,7 +411,8 @@ static void measure(Pass *p, RefineStat *stat)
     }
 }
 
-RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set, int32_t *next_id, RefinedMesh *out)
+RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
+                        const Homes *homes, int32_t *next_id, RefinedMesh *out)
 {
     ASSERT(mech->deadvert == 0 && mech->deadtri == 0);
     const double degree = 0.017453292519943295;
@@ -382,7 +422,7 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     parallel_for(out->nvert, GRAIN, vertex_normals, &(NormalJob){field, out, 0, out->normal});
     Map now;
     map_init(&now, memory->marked.count);
-    Pass shape = {.m = out, .field = field, .memory = memory, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
+    Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     shape.cos_limit = cos(set->angle_deg * degree);
     shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
     bool more = true;

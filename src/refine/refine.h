@@ -4,12 +4,13 @@
  * normals at the centroids of two neighbouring triangles do, the *other* edges of both are; beyond the paper, an edge
  * whose midpoint lies farther than `deviation` from the surface is. One, two or three marked edges cut a triangle into
  * 2, 3 or 4 without T-vertices; of the two diagonals that two marks leave, the one along the lesser curvature. New
- * points are landed on the surface; one that would turn a triangle against the surface stays on its edge.
+ * points are landed on the surface; a mark whose point finds none, or would turn a triangle against it, is taken back.
  *
  * Refine remembers last frame's marks: a marked edge stays marked until it is well below the limits (hysteresis), and
  * its midpoint keeps its identity, so that connectivity holds still while the surface is calm. */
 #pragma once
 #include "field/field.h"
+#include "field/homes.h"
 #include "mesh/mesh.h"
 
 typedef struct RefineSettings {
@@ -33,12 +34,13 @@ typedef struct Refine {
 } Refine;
 
 typedef struct RefineStat {
-    int lost;             /* midpoints that found no surface, or were sent back to their edge */
+    int lost;             /* marks taken back: midpoints that found no surface, or would have harmed a triangle */
     double mean_vox, max_vox; /* distance of the finished edges' midpoints from the surface, by |F| / |grad F| */
     int inverted;         /* triangles left inverted */
 } RefineStat;
 
-/* `mech` must be compact. Fresh identities are taken from *next_id. `out` must be zero or from an earlier call: its columns are reused. */
-RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set, int32_t *next_id, RefinedMesh *out);
+/* `mech` must be compact. homes->of: the mechanical vertices' components; a midpoint lands on its ends' or not at all. NULL: anywhere. Fresh identities are taken from *next_id. `out` must be zero or from an earlier call: its columns are reused. */
+RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
+                        const Homes *homes, int32_t *next_id, RefinedMesh *out);
 void refine_free(Refine *memory);
 void refined_free(RefinedMesh *m);

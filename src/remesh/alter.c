@@ -115,13 +115,7 @@ RemeshStat remesh_coarsen(Remesh *r)
     }
     remesh_smooth(r, 2);
     stat.flips += remesh_flip(r, 0.1);
-    /* normals keep their place beside the vertices while the dead are swept out */
-    int32_t *to = NEW(int32_t, r->mesh->nvert);
-    int n = r->mesh->nvert;
-    mesh_compact(r->mesh, to);
-    for (int v = 0; v < n; v++)
-        if (to[v] != NONE) r->normal[to[v]] = r->normal[v];
-    mem_free(to);
+    remesh_compact(r, NULL);
     forget_steps(r->mesh);
     return stat;
 }

@@ -46,7 +46,7 @@ static bool heal_by_collapse(Remesh *r, int t)
         int h = 3 * t + k, a = he_from(m, h), b = he_to(m, h);
         if (!mesh_can_collapse(m, h)) continue;
         Vec3 mid = v_mid(m->pos[a], m->pos[b]);
-        field_project(r->field, 1, &mid, 0.5 * r->edge, NULL);
+        remesh_land_point(r, a, &mid, 0.5 * r->edge);
         Vec3 place[3] = {mid, m->pos[a], m->pos[b]};
         for (int i = 0; i < 3; i++) {
             if (count_ring(r, a, place[i], b) || count_ring(r, b, place[i], a)) continue;
@@ -70,7 +70,7 @@ static bool heal_by_move(Remesh *r, int t)
         int before = count_ring(r, v, m->pos[v], NONE);
         for (int i = 0; i < 3; i++) {
             Vec3 p = v_mix(m->pos[v], mean, 1 - 0.35 * i);
-            if (field_project(r->field, 1, &p, 0.6 * r->edge, NULL) != 0 || count_ring(r, v, p, NONE) >= before) continue;
+            if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) continue;
             m->pos[v] = p;
             r->normal[v] = remesh_normal_at(r, p);
             return true;
@@ -94,5 +94,58 @@ int remesh_heal(Remesh *r, int *found)
         left = seen;
         if (!seen || !healed) break;
     }
+    return left;
+}
+
+/* --- strays ------------------------------------------------------------------------------------------------------ */
+
+static bool is_astray(const Remesh *r, int v)
+{
+    return r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], r->mesh->pos[v]);
+}
+
+/* The neighbours' mean, then places ever nearer to each neighbour. */
+static bool move_home(Remesh *r, int v)
+{
+    Mesh *m = r->mesh;
+    int h = m->out[v], n = 0;
+    Vec3 mean = vec3(0, 0, 0);
+    do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
+    while ((h = he_around(m, h)) != m->out[v]);
+    mean = v_scale(mean, 1.0 / n);
+    int before = count_ring(r, v, m->pos[v], NONE);
+    for (int i = 0; i < 4; i++)
+        do {
+            Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i);
+            if (!remesh_land_point(r, v, &p, r->edge) || count_ring(r, v, p, NONE) > before) continue;
+            m->pos[v] = p;
+            r->normal[v] = remesh_normal_at(r, p);
+            return true;
+        } while ((h = he_around(m, h)) != m->out[v] && i > 0);
+    return false;
+}
+
+static bool collapse_home(Remesh *r, int v)
+{
+    Mesh *m = r->mesh;
+    int h = m->out[v];
+    do {
+        int b = he_to(m, h);
+        if (!mesh_can_collapse(m, h) || is_astray(r, b)) continue;
+        Vec3 p = m->pos[b];
+        if (count_ring(r, v, p, b)) continue;
+        mesh_collapse_edge(m, m->opp[h], p);
+        return true;
+    } while ((h = he_around(m, h)) != m->out[v]);
+    return false;
+}
+
+int remesh_rehome(Remesh *r)
+{
+    if (!r->home) return 0;
+    Mesh *m = r->mesh;
+    int left = 0;
+    for (int v = 0; v < m->nvert; v++)
+        if (!vert_is_dead(m, v) && is_astray(r, v)) left += !move_home(r, v) && !collapse_home(r, v);
     return left;
 }

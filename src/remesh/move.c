@@ -22,7 +22,7 @@ static void move_block(void *ctx, int begin, int end)
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(r->mesh, v) || (job->frozen && job->frozen[v])) continue;
         Vec3 p = job->target[v];
-        job->stays[v] = field_project(r->field, 1, &p, REACH * r->edge, NULL) != 0;
+        job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge);
         if (job->stays[v]) continue;
         Vec3 n = remesh_normal_at(r, p);
         job->stays[v] = v_dot(n, job->old_normal[v]) <= 0; /* another sheet */

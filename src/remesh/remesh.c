@@ -4,6 +4,7 @@
 #include "base/thread.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 enum { GRAIN = 512 };
 
@@ -38,6 +39,29 @@ void remesh_make_room(Remesh *r)
     if (r->mesh->nvert <= r->cap) return;
     r->cap = int_max(r->mesh->nvert, 2 * r->cap);
     RESIZE(r->normal, r->cap);
+    if (r->homes.is_home) RESIZE(r->home, r->cap);
+}
+
+bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach)
+{
+    Vec3 q = *p;
+    if (field_project(r->field, 1, &q, reach, NULL) != 0) return false;
+    if (r->home && r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], q)) return false;
+    *p = q;
+    return true;
+}
+
+void remesh_compact(Remesh *r, int32_t *vert_to)
+{
+    int n = r->mesh->nvert;
+    int32_t *to = vert_to ? vert_to : NEW(int32_t, n);
+    mesh_compact(r->mesh, to);
+    for (int v = 0; v < n; v++) {
+        if (to[v] == NONE) continue;
+        r->normal[to[v]] = r->normal[v];
+        if (r->home) r->home[to[v]] = r->home[v];
+    }
+    if (!vert_to) mem_free(to);
 }
 
 typedef struct NormalJob {
@@ -53,16 +77,19 @@ static void normals_block(void *ctx, int begin, int end)
         if (!vert_is_dead(r->mesh, v) && (!job->moved || job->moved[v])) r->normal[v] = remesh_normal_at(r, r->mesh->pos[v]);
 }
 
-void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge)
+void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes)
 {
     *r = (Remesh){.mesh = mesh, .field = field, .edge = edge};
+    if (homes) r->homes = *homes;
     remesh_make_room(r);
+    if (homes) memcpy(r->home, homes->of, (size_t)mesh->nvert * sizeof *r->home);
     parallel_for(mesh->nvert, GRAIN, normals_block, &(NormalJob){r, NULL});
 }
 
 void remesh_end(Remesh *r)
 {
     mem_free(r->normal);
+    mem_free(r->home);
     *r = (Remesh){0};
 }
 
@@ -78,7 +105,7 @@ static void land_block(void *ctx, int begin, int end)
     Mesh *m = job->r->mesh;
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(m, v) || (job->moved && !job->moved[v])) continue;
-        field_project(job->r->field, 1, &m->pos[v], job->reach, NULL);
+        remesh_land_point(job->r, v, &m->pos[v], job->reach);
         job->r->normal[v] = remesh_normal_at(job->r, m->pos[v]);
     }
 }
@@ -141,13 +168,14 @@ void remesh_split(Remesh *r, int h)
     int a = he_from(m, h), b = he_to(m, h);
     Vec3 p = v_mid(m->pos[a], m->pos[b]), n = v_unit(v_add(r->normal[a], r->normal[b])), q = p;
     /* the landing may find another sheet: believe it only where the normal goes on */
-    if (field_project(r->field, 1, &q, 0.5 * v_dist(m->pos[a], m->pos[b]), NULL) == 0) {
+    if (remesh_land_point(r, a, &q, 0.5 * v_dist(m->pos[a], m->pos[b]))) {
         Vec3 nq = remesh_normal_at(r, q);
         if (v_dot(nq, n) > 0) p = q, n = nq;
     }
     int v = mesh_split_edge(m, h, p, m->next_id++);
     remesh_make_room(r);
     r->normal[v] = n;
+    if (r->home) r->home[v] = r->home[a];
 }
 
 /* The triangles around v but those that hold w; where v moves to p with normal n. Edges at v become no longer than `longest`. */

@@ -8,23 +8,28 @@
  * that inverts) or become a needle, unless it was worse before. One thread at a time; lands points in parallel. */
 #pragma once
 #include "field/field.h"
+#include "field/homes.h"
 #include "mesh/mesh.h"
 
 typedef struct Remesh {
     Mesh *mesh;
     const Field *field;
     Vec3 *normal;  /* [mesh->nvert] outward unit normals of the field at the vertices, kept through edits */
+    int32_t *home; /* [mesh->nvert] kept through edits; NULL: no vertex is bound */
     int cap;
     double edge;   /* mean edge length wanted, world units */
+    Homes homes;
 } Remesh;
 
 typedef struct RemeshStat {
     int splits, collapses, flips;
 } RemeshStat;
 
-/* Borrows mesh and field; computes the normals. */
-void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge);
+/* Borrows mesh and field; computes the normals. `homes` may be NULL. */
+void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes);
 void remesh_end(Remesh *r);
+/* Sweeps the dead out of the mesh, its normals and homes along; vert_to as mesh_compact's. */
+void remesh_compact(Remesh *r, int32_t *vert_to);
 
 /* GI'07 2.5. Edges flagged by the step before are left alone and lose their flag; edges changed now get it. */
 typedef struct AlterRules {
@@ -52,6 +57,10 @@ RemeshStat remesh_coarsen(Remesh *r);
 /* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible. found: how many there were. Returns how
  * many are left. */
 int remesh_heal(Remesh *r, int *found);
+
+/* Vertices that are on no surface, or not on their own component's, moved beside a neighbour or collapsed into one.
+ * Without homes nothing is known and nothing done. Returns how many are left astray. */
+int remesh_rehome(Remesh *r);
 
 /* Remembers each edge's length as the last step's. */
 void remesh_remember_lengths(Mesh *mesh);

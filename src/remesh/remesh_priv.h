@@ -28,6 +28,8 @@ static inline bool fitness_allows(Fitness before, Fitness after, double facing, 
 
 /* The field's outward unit normal at p. */
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
+/* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p is as it was. */
+bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);

@@ -11,6 +11,11 @@ enum { GRAIN = 1024 };
 enum { UNCOVERED_CELLS_MAX = 8 };
 #define UNCOVERED_SHARE_MAX 0.001
 
+/* A coarse mesh of a small component (an octahedron in a ball has a third of its volume) must at least look like it. */
+#define VOLUME_RATIO_MIN 0.3
+#define VOLUME_RATIO_MAX 2.0
+#define BOX_MARGIN_VOX 0.6
+
 /* --- where the vertices lie ------------------------------------------------------------------------------------------ */
 
 typedef struct LocateJob {
@@ -62,6 +67,39 @@ static void count_euler(const AuditMesh *mesh, int32_t *euler)
     for (int c = 0; c < mesh->ncomp; c++) euler[c] -= faces[c] / 2; /* closed: three half-edges a face, two an edge */
     mem_free(seen);
     mem_free(faces);
+}
+
+/* --- size ------------------------------------------------------------------------------------------------------------------ */
+
+typedef struct Size {
+    double volume; /* voxels */
+    Vec3 lo, hi;   /* index space */
+} Size;
+
+static void measure_sizes(const IsoSurface *iso, const AuditMesh *mesh, Size *size)
+{
+    const Field *f = iso->field;
+    for (int c = 0; c < mesh->ncomp; c++) size[c] = (Size){0, vec3(1e30, 1e30, 1e30), vec3(-1e30, -1e30, -1e30)};
+    for (int t = 0; t < mesh->ntri; t++) {
+        Size *s = &size[mesh->tri_comp[t]];
+        Vec3 p[3];
+        for (int k = 0; k < 3; k++) {
+            Vec3 q = p[k] = affine_to_index(&f->xform, mesh->pos[mesh->tri[3 * t + k]]);
+            s->lo = vec3(real_min(s->lo.x, q.x), real_min(s->lo.y, q.y), real_min(s->lo.z, q.z));
+            s->hi = vec3(real_max(s->hi.x, q.x), real_max(s->hi.y, q.y), real_max(s->hi.z, q.z));
+        }
+        Vec3 o = vec3(f->lo[0], f->lo[1], f->lo[2]);
+        s->volume += v_dot(v_sub(p[0], o), v_cross(v_sub(p[1], o), v_sub(p[2], o))) / (f->mirrored ? -6 : 6);
+    }
+}
+
+static bool is_like(const Size *s, double volume, const Vec3 box[2])
+{
+    double ratio = s->volume / volume;
+    if (!(ratio >= VOLUME_RATIO_MIN && ratio <= VOLUME_RATIO_MAX)) return false;
+    for (int a = 0; a < 3; a++)
+        if (v_get(s->lo, a) < v_get(box[0], a) - BOX_MARGIN_VOX || v_get(s->hi, a) > v_get(box[1], a) + BOX_MARGIN_VOX) return false;
+    return true;
 }
 
 /* --- coverage ------------------------------------------------------------------------------------------------------------- */
@@ -124,14 +162,14 @@ static int count_strayed(const AuditMesh *mesh, const LocateJob *at, const int32
         if (seen[v]) continue;
         seen[v] = 1;
         if (at->comp[v] == partner[c] || (at->comp[v] != NONE && !at->sure[v])) continue;
-        mesh_bad[c] = 1;
+        if (mesh_bad) mesh_bad[c] = 1;
         strayed++;
     }
     mem_free(seen);
     return strayed;
 }
 
-AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool coverage, uint8_t *mesh_bad, uint8_t *iso_bad)
+AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, uint8_t *mesh_bad, uint8_t *iso_bad)
 {
     AuditStat stat = {0};
     int32_t *partner = NEW(int32_t, mesh->ncomp), *euler = NEW(int32_t, mesh->ncomp);
@@ -142,8 +180,10 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool coverag
     parallel_for(mesh->nvert, GRAIN, locate_block, &at);
     find_partners(mesh, &at, partner);
     count_euler(mesh, euler);
-    stat.strayed = count_strayed(mesh, &at, partner, mesh_bad);
-    if (coverage) stat.uncovered_cells = count_uncovered(iso, mesh, uncovered);
+    Size *size = mem_alloc((size_t)mesh->ncomp, sizeof *size);
+    measure_sizes(iso, mesh, size);
+    stat.strayed = count_strayed(mesh, &at, partner, rules & AUDIT_STRAYS ? mesh_bad : NULL);
+    if (rules & AUDIT_COVERAGE) stat.uncovered_cells = count_uncovered(iso, mesh, uncovered);
     for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
     for (int c = 0; c < mesh->ncomp; c++) {
         int k = partner[c];
@@ -152,6 +192,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool coverag
             continue;
         }
         if (euler[c] != iso->comp_euler[k]) mesh_bad[c] = 1, stat.euler_errors++;
+        if (!is_like(&size[c], iso->comp_volume[k], iso->comp_box[k])) mesh_bad[c] = 1, stat.size_errors++;
         if (uncovered[k] > UNCOVERED_CELLS_MAX && uncovered[k] > UNCOVERED_SHARE_MAX * iso->comp_loops[k]) mesh_bad[c] = 1;
         if (taken[k] != NONE) mesh_bad[c] = mesh_bad[taken[k]] = 1; /* two on one: neither is trusted */
         else taken[k] = c;
@@ -165,7 +206,21 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool coverag
     mem_free(euler);
     mem_free(taken);
     mem_free(uncovered);
+    mem_free(size);
     mem_free(at.comp);
     mem_free(at.sure);
     return stat;
+}
+
+void audit_homes(const IsoSurface *iso, const AuditMesh *mesh, int32_t *home)
+{
+    int32_t *partner = NEW(int32_t, mesh->ncomp);
+    LocateJob at = {iso, mesh, NEW(int32_t, mesh->nvert), NEW(uint8_t, mesh->nvert)};
+    parallel_for(mesh->nvert, GRAIN, locate_block, &at);
+    find_partners(mesh, &at, partner);
+    for (int v = 0; v < mesh->nvert; v++) home[v] = NONE;
+    for (int h = 0; h < 3 * mesh->ntri; h++) home[mesh->tri[h]] = partner[mesh->tri_comp[h / 3]];
+    mem_free(partner);
+    mem_free(at.comp);
+    mem_free(at.sure);
 }

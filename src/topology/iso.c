@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#define EDGE_MARGIN 0.02 /* crossings keep this share of a grid edge away from its ends: no two coincide */
+
 enum { LOCAL = BRICK_SIDE * BRICK_SIDE * BRICK_SIDE };
 
 /* --- cut edges ------------------------------------------------------------------------------------------------ */
@@ -25,19 +27,22 @@ static void find_neighbours(Builder *b)
             b->above[k][n] = field_brick(f, f->origin[k][0] + 8 * (n & 1), f->origin[k][1] + 8 * (n >> 1 & 1), f->origin[k][2] + 8 * (n >> 2));
 }
 
-/* The cut edge that leaves local sample (x, y, z), each 0 ... 8, of a brick along an axis; numbered at first sight. */
-static int edge_of(Builder *b, int brick, int x, int y, int z, int axis)
+/* The cut edge that leaves local sample (x, y, z), each 0 ... 8, of a brick along an axis, cut at t; numbered at first sight. */
+static int edge_of(Builder *b, int brick, int x, int y, int z, int axis, double t)
 {
     IsoSurface *iso = b->iso;
     int owner = b->above[brick][x >> 3 | y >> 3 << 1 | z >> 3 << 2];
     ASSERT(owner != NONE);
-    int32_t at = 3 * (owner * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)) + axis;
-    if (b->edge_id[at] == NONE) {
-        RESERVE(iso->edge_at, b->capedge, iso->nedge + 1);
-        iso->edge_at[iso->nedge] = at;
-        b->edge_id[at] = iso->nedge++;
+    int32_t *id = &b->edge_id[3 * (owner * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)) + axis];
+    if (*id == NONE) {
+        RESERVE(iso->edge_pos, b->capedge, iso->nedge + 1);
+        const int *o = iso->field->origin[brick];
+        Vec3 p = vec3(o[0] + x, o[1] + y, o[2] + z);
+        v_set(&p, axis, v_get(p, axis) + t);
+        iso->edge_pos[iso->nedge] = p;
+        *id = iso->nedge++;
     }
-    return b->edge_id[at];
+    return *id;
 }
 
 static void add_cell(Builder *b, int brick, int local, const double F[8])
@@ -65,8 +70,9 @@ static void add_cell(Builder *b, int brick, int local, const double F[8])
         iso->loop_mate[iso->nloop] = l == t.tunnel[0] ? first + t.tunnel[1] : l == t.tunnel[1] ? first + t.tunnel[0] : NONE;
         iso->loop_plain[iso->nloop++] = t.nloop == 1 && !t.ambiguous;
         for (int k = t.start[l]; k < t.start[l + 1]; k++) {
-            int c = CELL_EDGE_CORNER[t.edge[k]];
-            iso->loop_edge[b->nuse++] = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), t.edge[k] >> 2);
+            int axis = t.edge[k] >> 2, c = CELL_EDGE_CORNER[t.edge[k]], d = c + (1 << axis);
+            iso->loop_edge[b->nuse++] = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), axis,
+                                                  real_clamp(F[c] / (F[c] - F[d]), EDGE_MARGIN, 1 - EDGE_MARGIN));
         }
     }
     iso->ambiguous_cells += t.ambiguous;
@@ -141,6 +147,35 @@ static void count_euler(IsoSurface *iso)
     mem_free(sides);
 }
 
+static Vec3 loop_mean(const IsoSurface *iso, int loop)
+{
+    Vec3 mean = vec3(0, 0, 0);
+    int n = iso->loop_start[loop + 1] - iso->loop_start[loop];
+    for (int k = iso->loop_start[loop]; k < iso->loop_start[loop + 1]; k++) mean = v_axpy(mean, 1.0 / n, iso->edge_pos[iso->loop_edge[k]]);
+    return mean;
+}
+
+/* Volumes by the divergence theorem over fans about the loops' means, boxes over the cut edges. */
+static void measure_components(IsoSurface *iso)
+{
+    iso->comp_volume = NEW0(double, iso->ncomp);
+    iso->comp_box = mem_alloc((size_t)iso->ncomp, sizeof *iso->comp_box);
+    for (int c = 0; c < iso->ncomp; c++) iso->comp_box[c][0] = vec3(1e30, 1e30, 1e30), iso->comp_box[c][1] = vec3(-1e30, -1e30, -1e30);
+    for (int e = 0; e < iso->nedge; e++) {
+        Vec3 *box = iso->comp_box[iso->edge_comp[e]], p = iso->edge_pos[e];
+        box[0] = vec3(real_min(box[0].x, p.x), real_min(box[0].y, p.y), real_min(box[0].z, p.z));
+        box[1] = vec3(real_max(box[1].x, p.x), real_max(box[1].y, p.y), real_max(box[1].z, p.z));
+    }
+    for (int l = 0; l < iso->nloop; l++) {
+        int c = iso_loop_component(iso, l), from = iso->loop_start[l], to = iso->loop_start[l + 1];
+        Vec3 o = iso->comp_box[c][0], mean = v_sub(loop_mean(iso, l), o);
+        for (int k = from; k < to; k++) {
+            Vec3 a = v_sub(iso->edge_pos[iso->loop_edge[k]], o), b = v_sub(iso->edge_pos[iso->loop_edge[k + 1 < to ? k + 1 : from]], o);
+            iso->comp_volume[c] += v_dot(a, v_cross(b, mean)) / 6;
+        }
+    }
+}
+
 void iso_build(IsoSurface *iso, const Field *field)
 {
     *iso = (IsoSurface){.field = field};
@@ -161,12 +196,15 @@ void iso_build(IsoSurface *iso, const Field *field)
     mem_free(b.above);
     find_components(iso);
     count_euler(iso);
+    measure_components(iso);
 }
 
 void iso_free(IsoSurface *iso)
 {
     mem_free(iso->edge_comp);
-    mem_free(iso->edge_at);
+    mem_free(iso->edge_pos);
+    mem_free(iso->comp_volume);
+    mem_free(iso->comp_box);
     mem_free(iso->cell_at);
     mem_free(iso->cell_loop);
     mem_free(iso->loop_start);
@@ -182,19 +220,6 @@ void iso_free(IsoSurface *iso)
 /* --- places --------------------------------------------------------------------------------------------------- */
 
 int iso_loop_component(const IsoSurface *iso, int loop) { return iso->edge_comp[iso->loop_edge[iso->loop_start[loop]]]; }
-
-Vec3 iso_edge_point(const IsoSurface *iso, int edge, double margin)
-{
-    const Field *f = iso->field;
-    int at = iso->edge_at[edge], axis = at % 3, local = at / 3 % LOCAL, brick = at / 3 / LOCAL;
-    int x = f->origin[brick][0] + (local & 7), y = f->origin[brick][1] + (local >> 3 & 7), z = f->origin[brick][2] + (local >> 6);
-    double F[8];
-    field_cell(f, brick, x, y, z, F);
-    double a = F[0], b = F[1 << axis];
-    Vec3 p = vec3(x, y, z);
-    v_set(&p, axis, v_get(p, axis) + real_clamp(a / (a - b), margin, 1 - margin));
-    return affine_to_world(&f->xform, p);
-}
 
 static int cell_of_index(const IsoSurface *iso, Vec3 q)
 {
@@ -216,17 +241,12 @@ static int cell_near(const IsoSurface *iso, Vec3 p)
     return c;
 }
 
+/* From an index-space point to the nearest of a loop's crossings and their mean; squared. */
 static double distance_to_loop(const IsoSurface *iso, int loop, Vec3 p)
 {
-    double best = 1e300;
-    Vec3 mean = vec3(0, 0, 0);
-    int n = iso->loop_start[loop + 1] - iso->loop_start[loop];
-    for (int k = iso->loop_start[loop]; k < iso->loop_start[loop + 1]; k++) {
-        Vec3 q = iso_edge_point(iso, iso->loop_edge[k], 0);
-        mean = v_axpy(mean, 1.0 / n, q);
-        best = real_min(best, v_len2(v_sub(q, p)));
-    }
-    return real_min(best, v_len2(v_sub(mean, p)));
+    double best = v_len2(v_sub(loop_mean(iso, loop), p));
+    for (int k = iso->loop_start[loop]; k < iso->loop_start[loop + 1]; k++) best = real_min(best, v_len2(v_sub(iso->edge_pos[iso->loop_edge[k]], p)));
+    return best;
 }
 
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
@@ -240,9 +260,16 @@ int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
         if (iso_loop_component(iso, l) != comp) *sure = false;
     if (*sure) return comp;
     double best = 1e300;
+    Vec3 q = affine_to_index(&iso->field->xform, p);
     for (int l = first; l < last; l++) {
-        double d = distance_to_loop(iso, l, p);
+        double d = distance_to_loop(iso, l, q);
         if (d < best) best = d, comp = iso_loop_component(iso, l);
     }
     return comp;
+}
+
+bool iso_is_home(const void *ctx, int32_t home, Vec3 p)
+{
+    bool sure;
+    return iso_component_at(ctx, p, &sure) == home;
 }

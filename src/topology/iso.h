@@ -11,7 +11,7 @@ typedef struct IsoSurface {
     const Field *field;
     int nedge;             /* cut grid edges */
     int32_t *edge_comp;    /* [nedge] component */
-    int32_t *edge_at;      /* [nedge] 3 * (brick * 512 + local sample) + axis */
+    Vec3 *edge_pos;        /* [nedge] where the edge is cut, index space; a little away from its ends */
     int ncell;             /* crossed cells, by brick, then x fastest */
     int32_t *cell_at;      /* [ncell] brick * 512 + local sample */
     int32_t *cell_loop;    /* [ncell + 1] first loop */
@@ -24,6 +24,8 @@ typedef struct IsoSurface {
     int ncomp;
     int32_t *comp_euler;   /* [ncomp] */
     int32_t *comp_loops;   /* [ncomp] how many loops */
+    double *comp_volume;   /* [ncomp] enclosed by fans over the loops, voxels; negative: a cavity */
+    Vec3 (*comp_box)[2];   /* [ncomp] of its cut edges, index space */
     int ambiguous_cells, tunnels;
 } IsoSurface;
 
@@ -34,11 +36,13 @@ void iso_free(IsoSurface *iso);
  * rounding put beside their cell, in a neighbour's. NONE: no crossed cell there. *sure: no other component is in that cell. */
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure);
 int iso_loop_component(const IsoSurface *iso, int loop);
-/* The point of a cut edge on the surface, world units, kept `margin` (of the edge) away from the edge's ends. */
-Vec3 iso_edge_point(const IsoSurface *iso, int edge, double margin);
 /* The crossed cell that holds a world point, or NONE. */
 int iso_cell_at(const IsoSurface *iso, Vec3 p);
 
+/* For Homes: whether p lies on component `home` (ctx is the IsoSurface). */
+bool iso_is_home(const void *ctx, int32_t home, Vec3 p);
+
 /* Appends to an empty mesh the marching-cubes triangles of the components chosen (want[ncomp]), outward-facing in
- * world space: the reference, of exactly the trilinear topology. Vertices get fresh identities from mesh->next_id. */
-void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh);
+ * world space: the reference, of exactly the trilinear topology. Vertices get fresh identities from mesh->next_id.
+ * *home (may be NULL) gets an array of each vertex's component, the caller's to free. */
+void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh, int32_t **home);

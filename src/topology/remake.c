@@ -11,7 +11,7 @@ static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uin
     int n = mesh_components(m, comp, NULL), strayed = 0;
     uint8_t *bad = NEW(uint8_t, n);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    audit_match(iso, &a, false, bad, again);
+    audit_match(iso, &a, AUDIT_STRAYS, bad, again);
     for (int k = 0; k < iso->ncomp; k++) strayed += again[k] = again[k] && want[k];
     if (strayed) {
         mesh_drop_components(m, comp, bad);
@@ -31,10 +31,13 @@ RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double 
     for (int k = 0; k < iso->ncomp; k++) stat.components += want[k] != 0;
     if (stat.components == 0) return stat;
     mesh_init(&fresh);
-    iso_triangulate(iso, want, &fresh);
-    remesh_begin(&r, &fresh, iso->field, edge);
+    int32_t *home;
+    iso_triangulate(iso, want, &fresh, &home);
+    remesh_begin(&r, &fresh, iso->field, edge, &(Homes){iso_is_home, iso, home});
+    mem_free(home);
     remesh_coarsen(&r);
     remesh_heal(&r, &found);
+    remesh_rehome(&r);
     remesh_end(&r);
     mesh_compact(&fresh, NULL);
     uint8_t *again = NEW0(uint8_t, iso->ncomp);
@@ -43,7 +46,7 @@ RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double 
     stat.vertices = fresh.nvert;
     if (stat.raw_components) {
         mesh_clear(&fresh);
-        iso_triangulate(iso, again, &fresh);
+        iso_triangulate(iso, again, &fresh, NULL);
         mesh_append(mesh, fresh.nvert, fresh.pos, NULL, fresh.ntri, fresh.corner);
         stat.vertices += fresh.nvert;
     }

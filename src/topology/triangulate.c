@@ -5,7 +5,6 @@
  * 2-manifold whatever the ambiguous cells do. Its geometry there is rough: it is a topology and a place to start from. */
 #include "topology/iso.h"
 
-#define EDGE_MARGIN 0.02 /* crossings keep this share of a grid edge away from its ends: no two vertices coincide */
 #define TUNNEL_DRAW 0.25 /* how far a tunnel's ring is drawn towards its axis, off the cell's faces */
 
 typedef struct Weaver {
@@ -14,12 +13,16 @@ typedef struct Weaver {
     Vec3 *pos;
     int32_t *tri;
     int32_t *vert_of; /* [nedge] */
+    int32_t *home;    /* [nvert] component */
+    int caphome, comp; /* the component being woven */
 } Weaver;
 
 static int add_vert(Weaver *w, Vec3 p)
 {
     RESERVE(w->pos, w->capvert, w->nvert + 1);
+    RESERVE(w->home, w->caphome, w->nvert + 1);
     w->pos[w->nvert] = p;
+    w->home[w->nvert] = w->comp;
     return w->nvert++;
 }
 
@@ -39,7 +42,7 @@ static int ring_of(Weaver *w, int loop, int ring[12])
     int n = 0;
     for (int k = iso->loop_start[loop]; k < iso->loop_start[loop + 1]; k++) {
         int e = iso->loop_edge[k];
-        if (w->vert_of[e] == NONE) w->vert_of[e] = add_vert(w, iso_edge_point(iso, e, EDGE_MARGIN));
+        if (w->vert_of[e] == NONE) w->vert_of[e] = add_vert(w, affine_to_world(&iso->field->xform, iso->edge_pos[e]));
         ring[n++] = w->vert_of[e];
     }
     return n;
@@ -109,13 +112,14 @@ static void weave_tunnel(Weaver *w, int loop_a, int loop_b)
     }
 }
 
-void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh)
+void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh, int32_t **home)
 {
     ASSERT(mesh->ntri == 0);
     Weaver w = {.iso = iso, .vert_of = NEW(int32_t, iso->nedge)};
     for (int e = 0; e < iso->nedge; e++) w.vert_of[e] = NONE;
     for (int l = 0; l < iso->nloop; l++) {
-        if (!want[iso_loop_component(iso, l)]) continue;
+        w.comp = iso_loop_component(iso, l);
+        if (!want[w.comp]) continue;
         int mate = iso->loop_mate[l];
         if (mate == NONE) weave_disc(&w, l);
         else if (mate > l) weave_tunnel(&w, l, mate);
@@ -124,4 +128,6 @@ void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh)
     mem_free(w.pos);
     mem_free(w.tri);
     mem_free(w.vert_of);
+    if (home) *home = w.home;
+    else mem_free(w.home);
 }

@@ -101,19 +101,27 @@ static void alter(Track *tr, Remesh *r, FrameStat *stat)
     stat->flips += remesh_flip(r, FLIP_GAIN);
     wake_changed(tr, n);
     /* the kernels below want dense columns */
-    int32_t *to = NEW(int32_t, tr->mesh.nvert);
     n = tr->mesh.nvert;
-    mesh_compact(&tr->mesh, to);
-    for (int v = 0; v < n; v++) {
-        if (to[v] == NONE) continue;
-        tr->unrest[to[v]] = tr->unrest[v];
-        r->normal[to[v]] = r->normal[v];
-    }
+    int32_t *to = NEW(int32_t, n);
+    remesh_compact(r, to);
+    for (int v = 0; v < n; v++)
+        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v];
     mem_free(to);
 }
 
+/* The component of the isosurface that each vertex belongs to; the caller frees it. */
+static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
+{
+    const Mesh *m = &tr->mesh;
+    int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
+    int n = mesh_components(m, comp, NULL);
+    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
+    mem_free(comp);
+    return home;
+}
+
 /* Follows last frame's mesh to this frame's surface. */
-static void follow(Track *tr, FrameStat *stat)
+static void follow(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
@@ -126,7 +134,10 @@ static void follow(Track *tr, FrameStat *stat)
     double t1 = track_clock();
     stat->seconds.predict += t1 - t0;
     if (!all_frozen) {
-        remesh_begin(&r, m, tr->field, tr->edge);
+        int32_t *home = find_homes(tr, iso);
+        remesh_begin(&r, m, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
+        mem_free(home);
+        remesh_rehome(&r);
         for (int k = 0; k < tr->set.relax_steps; k++) {
             t0 = track_clock();
             int before = stat->splits + stat->collapses + stat->flips;
@@ -153,7 +164,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     int n = mesh_components(m, comp, NULL);
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    AuditStat audit = audit_match(iso, &a, true, mesh_bad, iso_bad);
+    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS, mesh_bad, iso_bad);
     double t1 = track_clock();
     stat->seconds.audit += t1 - t0;
     census_mark_remade(census, m, comp, mesh_bad);
@@ -173,11 +184,13 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     stat->seconds.mend += track_clock() - t1;
 }
 
-static void heal_and_round(Track *tr, FrameStat *stat)
+static void heal_and_round(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     Remesh r;
-    remesh_begin(&r, m, tr->field, tr->edge);
+    int32_t *home = find_homes(tr, iso);
+    remesh_begin(&r, m, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
+    mem_free(home);
     int n = m->nvert;
     stat->inverted_left = remesh_heal(&r, &stat->inverted_found);
     wake_changed(tr, n);
@@ -187,11 +200,13 @@ static void heal_and_round(Track *tr, FrameStat *stat)
     remesh_remember_lengths(m);
 }
 
-static void refine(Track *tr, FrameStat *stat)
+static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     double t0 = track_clock();
     RefineSettings set = {tr->set.angle_deg, tr->set.passes, tr->set.deviation_vox};
-    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &tr->mesh.next_id, &tr->fine);
+    int32_t *home = find_homes(tr, iso);
+    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->mesh.next_id, &tr->fine);
+    mem_free(home);
     stat->projections_lost += s.lost;
     stat->distance_mean_vox = s.mean_vox;
     stat->distance_max_vox = s.max_vox;
@@ -208,7 +223,7 @@ static int audit_geometric(const Track *tr, const IsoSurface *iso)
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     for (int t = 0; t < f->ntri; t++) comp[t] = mech_comp[f->parent[t]];
     AuditMesh a = {f->nvert, f->ntri, n, f->pos, f->tri, comp};
-    AuditStat s = audit_match(iso, &a, false, mesh_bad, iso_bad);
+    AuditStat s = audit_match(iso, &a, 0, mesh_bad, iso_bad);
     mem_free(mech_comp);
     mem_free(comp);
     mem_free(mesh_bad);
@@ -245,16 +260,16 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     adapt_rest(tr);
     Census census;
     census_take(&census, &tr->mesh);
-    if (tr->mesh.ntri) follow(tr, stat);
     double t0 = track_clock();
     IsoSurface iso;
     iso_build(&iso, field);
     stat->audit_components = iso.ncomp;
     for (int k = 0; k < iso.ncomp; k++) stat->audit_euler += iso.comp_euler[k];
     stat->seconds.audit += track_clock() - t0;
+    if (tr->mesh.ntri) follow(tr, &iso, stat);
     if (tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0) audit_and_mend(tr, &iso, &census, stat);
-    heal_and_round(tr, stat);
-    refine(tr, stat);
+    heal_and_round(tr, &iso, stat);
+    refine(tr, &iso, stat);
     t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &iso);
     iso_free(&iso);

@@ -141,6 +141,16 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     expect 0 && [ "$(grep -c 'frame 000[123]:' <<<"$stderr")" -eq 3 ]
 }
 
+@test "a progress bar on a terminal only" {
+    command -v script >/dev/null || skip "script is not installed"
+    run script -qec "'$twinmesh' mesh balls.000[123].npy -o out --format ply" /dev/null
+    [ "$status" -eq 0 ] && [[ $output == *"] 3/3 frames"*"frames/s"*"left"* ]]
+    run script -qec "'$twinmesh' mesh balls.000[123].npy -o out --format ply --quiet" /dev/null
+    [ "$status" -eq 0 ] && [ -z "$output" ]
+    mesh balls.000[123].npy
+    [[ $stderr != *frames/s* ]]
+}
+
 @test "--print names each file once it is there" {
     mesh balls.0001.npy balls.0002.npy --print --format ply,glb
     expect 0
@@ -199,7 +209,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     [ "$third" = out.mechanical.0002.ply ]
     exec 5>&-
     wait $!
-    [ "$(cat err | grep -c '2 frames')" -eq 1 ]
+    grep -q '^2 frames' err
 }
 
 @test "standard input without names, a pattern that matches nothing, an empty folder" {

@@ -97,7 +97,8 @@ static double energy(double k[6][6], double rest, const Vec3 p[3])
     int turn;
     ElementFrame fr = element_frame(p, n, false, &turn);
     Vec3 a = v_sub(p[1], p[0]), b = v_sub(p[2], p[0]);
-    double d[6] = {0, 0, v_dot(fr.x, a) - rest, v_dot(fr.y, a), v_dot(fr.x, b) - 0.5 * rest, v_dot(fr.y, b) - SIN60 * rest};
+    double d[6] = {0, 0, v_dot(fr.x, a) - rest, v_dot(fr.y, a),
+                   v_dot(fr.x, b) - 0.5 * rest, v_dot(fr.y, b) - SIN60 * rest};
     double e = 0;
     for (int i = 0; i < 6; i++)
         for (int j = 0; j < 6; j++) e += 0.5 * d[i] * k[i][j] * d[j];

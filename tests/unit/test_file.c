@@ -185,10 +185,14 @@ static void size_limit_is_named(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(final_name_comes_with_commit),     cmocka_unit_test(abort_leaves_nothing),
-        cmocka_unit_test(missing_folder_is_a_sentence),     cmocka_unit_test(file_as_folder_is_a_sentence),
-        cmocka_unit_test(unwritable_folder_is_a_sentence),  cmocka_unit_test(folder_in_the_way_is_a_sentence),
-        cmocka_unit_test(full_disk_is_named_at_commit),     cmocka_unit_test(full_disk_is_named_while_writing),
+        cmocka_unit_test(final_name_comes_with_commit),
+        cmocka_unit_test(abort_leaves_nothing),
+        cmocka_unit_test(missing_folder_is_a_sentence),
+        cmocka_unit_test(file_as_folder_is_a_sentence),
+        cmocka_unit_test(unwritable_folder_is_a_sentence),
+        cmocka_unit_test(folder_in_the_way_is_a_sentence),
+        cmocka_unit_test(full_disk_is_named_at_commit),
+        cmocka_unit_test(full_disk_is_named_while_writing),
         cmocka_unit_test(size_limit_is_named),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

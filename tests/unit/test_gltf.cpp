@@ -1,5 +1,5 @@
-/* Animated glTF: the files are loaded with tinygltf and played by a few lines of our own; at every frame the visible nodes
- * together must be that frame's mesh. */
+/* Animated glTF: the files are loaded with tinygltf and played by a few lines of our own; at every frame the
+ * visible nodes together must be that frame's mesh. */
 #include <algorithm>
 #include <cmath>
 #include <csetjmp>
@@ -136,7 +136,8 @@ static bool play_in(Gltf *g, const Script &script, double fps, int32_t first_id,
         std::vector<float> pos(size_t(3 * (last + 1))), normal(pos);
         bool carried = last > 0 && sides != last;
         if (carried) fan_place(last, double(k) / fps, pos.data(), normal.data());
-        bool ok = gltf_add_frame(g, &m, carried ? pos.data() : nullptr, carried ? normal.data() : nullptr, gap, err);
+        bool ok = gltf_add_frame(g, &m, carried ? pos.data() : nullptr, carried ? normal.data() : nullptr,
+                                 gap, err);
         trimesh_free(&m);
         if (!ok) return false;
         last = sides;
@@ -145,8 +146,8 @@ static bool play_in(Gltf *g, const Script &script, double fps, int32_t first_id,
     return true;
 }
 
-static GltfStat write(const std::string &path, const Script &script, double fps, bool step = false, int32_t first_id = 0,
-                      Limits limits = {GLTF_PART_BYTES, GLTF_GLB_BYTES})
+static GltfStat write(const std::string &path, const Script &script, double fps, bool step = false,
+                      int32_t first_id = 0, Limits limits = {GLTF_PART_BYTES, GLTF_GLB_BYTES})
 {
     Err err = {};
     Gltf *g = start(path, fps, step, &err);
@@ -207,7 +208,8 @@ static std::vector<double> sample(const tinygltf::Model &m, const tinygltf::Anim
     if (s.interpolation == "LINEAR" && k + 1 < key.size() && t > key[k])
         f = double(t - key[k]) / double(key[k + 1] - key[k]);
     std::vector<double> row(width);
-    for (size_t i = 0; i < width; i++) row[i] = value[k * width + i] + (f > 0 ? f * (value[(k + 1) * width + i] - value[k * width + i]) : 0);
+    for (size_t i = 0; i < width; i++)
+        row[i] = value[k * width + i] + (f > 0 ? f * (value[(k + 1) * width + i] - value[k * width + i]) : 0);
     return row;
 }
 
@@ -281,8 +283,10 @@ static void assert_well_formed(const tinygltf::Model &m, int frames, double fps)
             std::vector<float> v = floats(m, a);
             for (size_t k = 0; k < 3; k++) {
                 double lo = 1e30, hi = -1e30;
-                for (size_t i = k; i < v.size(); i += 3) lo = std::min(lo, double(v[i])), hi = std::max(hi, double(v[i]));
-                assert_true(m.accessors[size_t(a)].minValues.at(k) == lo && m.accessors[size_t(a)].maxValues.at(k) == hi);
+                for (size_t i = k; i < v.size(); i += 3)
+                    lo = std::min(lo, double(v[i])), hi = std::max(hi, double(v[i]));
+                assert_true(m.accessors[size_t(a)].minValues.at(k) == lo &&
+                            m.accessors[size_t(a)].maxValues.at(k) == hi);
             }
         }
     }
@@ -296,7 +300,8 @@ static void assert_well_formed(const tinygltf::Model &m, int frames, double fps)
             for (size_t i = 0; i < key.size(); i++) {
                 assert_true(i == 0 || key[i] > key[i - 1]);
                 double frame = std::round(key[i] * fps);
-                assert_true(key[i] <= frame / fps && std::nextafter(key[i], 1e30f) > frame / fps); /* toward zero */
+                assert_true(key[i] <= frame / fps &&
+                            std::nextafter(key[i], 1e30f) > frame / fps); /* toward zero */
             }
             end = std::max(end, double(key.back()));
         }
@@ -313,7 +318,8 @@ static void assert_plays(const std::string &name, const Script &script, double f
     for (const std::string &file : files()) assert_true(file.find(".part") == std::string::npos);
 }
 
-/* --- tests ------------------------------------------------------------------------------------------------ */
+/* --- tests ------------------------------------------------------------------------------------------------
+ */
 
 static Script repeat(int sides, int n) { return Script(size_t(n), sides); }
 
@@ -330,7 +336,8 @@ static void one_run_is_cut_into_pieces(void **)
     tinygltf::Model m = load(folder + "/a.glb");
     assert_int_equal(m.meshes.size(), 3); /* 0..8, 8..16, 16..24 */
     assert_int_equal(m.meshes[0].primitives[0].indices, m.meshes[2].primitives[0].indices);
-    assert_int_equal(m.meshes[0].primitives[0].attributes["_ID"], m.meshes[2].primitives[0].attributes["_ID"]);
+    assert_int_equal(m.meshes[0].primitives[0].attributes["_ID"],
+                     m.meshes[2].primitives[0].attributes["_ID"]);
     assert_int_equal(m.meshes[2].primitives[0].targets.size(), 8);
     assert_true(m.nodes[0].scale.empty());
     assert_true(m.nodes[1].scale == std::vector<double>(3, 0.0));
@@ -370,7 +377,8 @@ static void single_frame_has_no_animation(void **)
     assert_int_equal(load(folder + "/a.glb").meshes[0].primitives[0].targets.size(), 0);
 }
 
-/* Halfway between two frames the vertices stand halfway, over switches of pieces and runs and before a gap too. */
+/* Halfway between two frames the vertices stand halfway, over switches of pieces and runs and before a gap
+ * too. */
 static void time_between_frames_moves(void **)
 {
     const double fps = 24;
@@ -382,7 +390,8 @@ static void time_between_frames_moves(void **)
         Shown half = show(m, float((double(k) + 0.5) / fps));
         TriMesh a = fan(s[k], double(k) / fps, 0), b = fan(s[k], double(k + 1) / fps, 0);
         assert_int_equal(half.pos.size(), 3 * a.nvert);
-        for (size_t i = 0; i < half.pos.size(); i++) assert_true(fabs(half.pos[i] - 0.5 * (double(a.pos[i]) + double(b.pos[i]))) < 1e-4);
+        for (size_t i = 0; i < half.pos.size(); i++)
+            assert_true(fabs(half.pos[i] - 0.5 * (double(a.pos[i]) + double(b.pos[i]))) < 1e-4);
         trimesh_free(&a);
         trimesh_free(&b);
     }
@@ -410,7 +419,7 @@ static void vertices_bear_identity_velocity_attributes(void **)
     std::vector<float> id = floats(m, attribute.at("_ID"));
     assert_true(id.size() == 6 && id[5] == 16777215.0f);
     assert_true(floats(m, attribute.at("_VELOCITY"))[2] == float(2 + 8.0 / 24)); /* the piece's first frame */
-    assert_true(floats(m, attribute.at("_MY_GRID"))[3] == 3.0f);                  /* the run's */
+    assert_true(floats(m, attribute.at("_MY_GRID"))[3] == 3.0f);                 /* the run's */
     assert_true(floats(m, attribute.at("_ID_"))[3] == 4.0f);
 
     write(folder + "/a.glb", repeat(5, 2), 24, false, 16777216 - 5);
@@ -514,7 +523,8 @@ static void bad_normals_become_unit_vectors(void **)
     trimesh_free(&m);
     tinygltf::Model model = load(folder + "/a.glb");
     std::vector<float> n = floats(model, model.meshes[0].primitives[0].attributes.at("NORMAL"));
-    for (size_t v = 0; v < n.size(); v += 3) assert_true(fabsf(n[v] * n[v] + n[v + 1] * n[v + 1] + n[v + 2] * n[v + 2] - 1) < 1e-5f);
+    for (size_t v = 0; v < n.size(); v += 3)
+        assert_true(fabsf(n[v] * n[v] + n[v + 1] * n[v + 1] + n[v + 2] * n[v + 2] - 1) < 1e-5f);
 }
 
 static void what_cannot_be_is_refused(void **)
@@ -572,7 +582,8 @@ static bool write_limited(const char *name, const Script &script, rlim_t limit, 
 static void full_disk_at_any_moment_leaves_nothing(void **)
 {
     signal(SIGXFSZ, SIG_IGN);
-    Script s = repeat(300, 40) + repeat(310, 3); /* more than the buffers hold, so that it fails within a frame too */
+    Script s = repeat(300, 40) +
+               repeat(310, 3); /* more than the buffers hold, so that it fails within a frame too */
     const struct {
         const char *name;
         Limits limits;
@@ -583,7 +594,8 @@ static void full_disk_at_any_moment_leaves_nothing(void **)
         uint64_t largest = 0;
         Err err = {};
         assert_true(write_limited(kind.name, s, RLIM_INFINITY, kind.limits, &err));
-        for (const std::string &name : files()) largest = std::max(largest, uint64_t(slurp(folder + "/" + name).size()));
+        for (const std::string &name : files())
+            largest = std::max(largest, uint64_t(slurp(folder + "/" + name).size()));
         clear_files(nullptr);
         for (uint64_t limit = 0; limit < largest; limit += 1 + largest / 25) {
             err = {};

@@ -110,13 +110,14 @@ static void round_trip_is_exact(void **state)
 static void header_and_bytes_are_as_designed(void **state)
 {
     (void)state;
-    static const char header[] = "ply\nformat binary_little_endian 1.0\nelement vertex 4\n"
-                                 "property float x\nproperty float y\nproperty float z\n"
-                                 "property float nx\nproperty float ny\nproperty float nz\n"
-                                 "property float vx\nproperty float vy\nproperty float vz\n"
-                                 "property int id\nproperty float temperature\n"
-                                 "element face 4\nproperty list uchar int vertex_indices\nproperty int mechanical\n"
-                                 "end_header\n";
+    static const char header[] =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 4\n"
+        "property float x\nproperty float y\nproperty float z\n"
+        "property float nx\nproperty float ny\nproperty float nz\n"
+        "property float vx\nproperty float vy\nproperty float vz\n"
+        "property int id\nproperty float temperature\n"
+        "element face 4\nproperty list uchar int vertex_indices\nproperty int mechanical\n"
+        "end_header\n";
     Err err = {0};
     TriMesh m = tetrahedron(true, true, 1);
     assert_true(ply_write(path, &m, &err));
@@ -124,9 +125,9 @@ static void header_and_bytes_are_as_designed(void **state)
     char *bytes = slurp(&n);
     assert_int_equal(n, sizeof header - 1 + 4 * 44 + 4 * 17);
     assert_memory_equal(bytes, header, sizeof header - 1);
-    assert_memory_equal(bytes + sizeof header - 1, "\0\0\x80\x3f", 4);                        /* x: 1 */
-    assert_memory_equal(bytes + sizeof header - 1 + 44 + 36, "\x07\xe1\xf5\x05", 4);          /* id: 100000007 */
-    assert_memory_equal(bytes + n - 17, "\3\2\0\0\0\0\0\0\0\3\0\0\0\0\0\0\0", 17);            /* 2 0 3, parent 0 */
+    assert_memory_equal(bytes + sizeof header - 1, "\0\0\x80\x3f", 4);               /* x: 1 */
+    assert_memory_equal(bytes + sizeof header - 1 + 44 + 36, "\x07\xe1\xf5\x05", 4); /* id: 100000007 */
+    assert_memory_equal(bytes + n - 17, "\3\2\0\0\0\0\0\0\0\3\0\0\0\0\0\0\0", 17);   /* 2 0 3, parent 0 */
     free(bytes);
     trimesh_free(&m);
 }
@@ -207,12 +208,13 @@ static void put_text(const char *text) { put(text, strlen(text)); }
 static void ascii_and_doubles_are_read(void **state)
 {
     (void)state;
-    static const char text[] = "ply\r\nformat ascii 1.0\r\ncomment a b\r\nobj_info c\r\nelement vertex 3\r\n"
-                               "property double x\r\nproperty uchar red\r\nproperty double y\r\nproperty float64 z\r\n"
-                               "property list uchar int neighbours\r\nelement edge 1\r\nproperty int a\r\n"
-                               "element face 1\r\nproperty list uint8 uint vertex_index\r\nproperty uchar flag\r\n"
-                               "end_header\r\n"
-                               "0 255 0 1e0 0\r\n1 255 -.5 1 2 8 9\r\n0 255 1 1 0\r\n77\r\n3 0 1 2 1\r\n";
+    static const char text[] =
+        "ply\r\nformat ascii 1.0\r\ncomment a b\r\nobj_info c\r\nelement vertex 3\r\n"
+        "property double x\r\nproperty uchar red\r\nproperty double y\r\nproperty float64 z\r\n"
+        "property list uchar int neighbours\r\nelement edge 1\r\nproperty int a\r\n"
+        "element face 1\r\nproperty list uint8 uint vertex_index\r\nproperty uchar flag\r\n"
+        "end_header\r\n"
+        "0 255 0 1e0 0\r\n1 255 -.5 1 2 8 9\r\n0 255 1 1 0\r\n77\r\n3 0 1 2 1\r\n";
     put_text(text);
     Err err = {0};
     TriMesh m;
@@ -231,7 +233,8 @@ static void ascii_and_doubles_are_read(void **state)
 static void points_without_faces_are_read(void **state)
 {
     (void)state;
-    put_text("ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "property float radius\nend_header\n1 2 3 0.5\n");
+    put_text("ply\nformat ascii 1.0\nelement vertex 1\n" XYZ
+             "property float radius\nend_header\n1 2 3 0.5\n");
     Err err = {0};
     TriMesh m;
     assert_true(ply_read(path, &m, &err));
@@ -256,13 +259,24 @@ static void what_cannot_be_is_refused(void **state)
         {"ply\nformat ascii 1.0\nelement vertex 99999999999999999999\n", "count"},
         {"ply\nformat ascii 1.0\nelement vertex 2147483648\n", "count"},
         {"ply\nformat ascii 1.0\nelement vertex 2147483647\n" XYZ "end_header\n", "more than the file holds"},
-        {"ply\nformat binary_little_endian 1.0\nelement vertex 2147483647\n" XYZ "end_header\n", "more than the file holds"},
-        {"ply\nformat ascii 1.0\nelement vertex 0\n" XYZ "element face 2000000000\n" LIST "end_header\n", "more than"},
-        {"ply\nformat ascii 1.0\nelement vertex 0\n" XYZ "element none 2000000000\nend_header\n", "no properties"},
-        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST "end_header\n0 0 0\n4 0 0 0 0\n", "4 corners"},
-        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST "end_header\n0 0 0\n3 0 0 1\n", "vertex 1 of 1"},
-        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST "end_header\n0 0 0\n3 0 0 -1\n", "vertex -1"},
-        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST "end_header\n0 0 0\n3 0 0 .5\n", "whole"},
+        {"ply\nformat binary_little_endian 1.0\nelement vertex 2147483647\n" XYZ "end_header\n",
+         "more than the file holds"},
+        {"ply\nformat ascii 1.0\nelement vertex 0\n" XYZ "element face 2000000000\n" LIST "end_header\n",
+         "more than"},
+        {"ply\nformat ascii 1.0\nelement vertex 0\n" XYZ "element none 2000000000\nend_header\n",
+         "no properties"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST
+         "end_header\n0 0 0\n4 0 0 0 0\n",
+         "4 corners"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST
+         "end_header\n0 0 0\n3 0 0 1\n",
+         "vertex 1 of 1"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST
+         "end_header\n0 0 0\n3 0 0 -1\n",
+         "vertex -1"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" LIST
+         "end_header\n0 0 0\n3 0 0 .5\n",
+         "whole"},
         {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "end_header\n0 nan 0\n", "finite"},
         {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "end_header\n0 1e99 0\n", "finite"},
         {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "end_header\n0 zero 0\n", "word"},
