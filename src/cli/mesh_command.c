@@ -82,7 +82,8 @@ static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
     if (!outputs_add_frame(&run->out, run->track, f->frame.digits, gap, err)) return false;
     StageSeconds seconds = report_stages(&stat);
     seconds.wait = wait_s;
-    seconds.write = console_clock() - start;
+    seconds.carry = run->out.carry_s;
+    seconds.write = console_clock() - start - seconds.carry;
     say_problems(run, f->frame.digits, &stat);
     account(run, f, FRAME_TRACKED, &stat, seconds);
     run->tracked = run->shown = number;

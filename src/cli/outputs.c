@@ -76,7 +76,9 @@ static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const Track *t
     if (track && o->nframe && !trimesh_is_same_run(last, mesh)) {
         pos = NEW(float, 3 * last->nvert);
         normal = NEW(float, 3 * last->nvert);
+        double start = console_clock();
         track_carry(track, last, pos, normal);
+        o->carry_s += console_clock() - start;
     }
     bool good = true;
     for (int file = 0; file < GLTF_FILE_COUNT; file++)
@@ -89,6 +91,7 @@ static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const Track *t
 bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int frames, Err *err)
 {
     TriMesh mesh[KIND_COUNT];
+    o->carry_s = 0;
     track_meshes(track, o->job->open_border, &mesh[KIND_MECHANICAL], &mesh[KIND_GEOMETRIC]);
     bool good = true;
     for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &mesh[kind], label, err);

@@ -17,6 +17,7 @@ typedef struct Outputs {
     char *gltf_path[KIND_COUNT][GLTF_FILE_COUNT];
     TriMesh last[KIND_COUNT];
     int nframe;                              /* shown so far */
+    double carry_s;                          /* of the last frame's seconds, those of track_carry */
 } Outputs;
 
 /* `fps`: frames a second of the glTF. False leaves nothing behind. */

@@ -10,7 +10,9 @@
 #define ANGLE_SHORTEST_VOX 0.9 /* edges below this are not cut for their normals' sake: the samples hold no finer detail, */
 #define DEVIATION_SHORTEST_VOX 0.4 /* nor below this for the distance's */
 #define LAND_REACH 0.5        /* a midpoint lands at most this far away, in lengths of its edge */
-#define FACING_MIN 0.2        /* mean cosine of a cut triangle's normal to the surface's; else it is not cut so */
+#define FACING_MIN 0.2        /* mean cosine of a piece's normal to the surface's; a triangle is not cut into less */
+#define QUALITY_MIN 0.03      /* |2 area| / (sum of squared edges) of a piece; 0.29 is equilateral */
+#define ENDS_APART 0.2        /* a midpoint lands no nearer to its edge's ends than this share of the edge */
 
 enum { GRAIN = 1024 };
 
@@ -206,6 +208,8 @@ static void land_block(void *ctx, int begin, int end)
         if (field_project(p->field, 1, &q, LAND_REACH * v_dist(m->pos[a], m->pos[b]), NULL) != 0) continue;
         q = v_round32(q);
         field_normals(p->field, 1, &q, &n);
+        double apart = ENDS_APART * v_dist(m->pos[a], m->pos[b]);
+        if (real_min(v_dist(q, m->pos[a]), v_dist(q, m->pos[b])) < apart) continue;
         if (v_dot(n, v_add(m->normal[a], m->normal[b])) <= 0 || !is_home(p, a, q)) continue;
         p->marked[e] = 1;
         p->mid_pos[e] = q;
@@ -243,12 +247,17 @@ static int marks_of(const Pass *p, int t)
     return marks;
 }
 
-static bool is_bad(const Field *f, const Vec3 q[3], const Vec3 n[3])
+/* Faults of a triangle, as bits: a whole that has one lets its pieces have it too. */
+enum { TURNED = 1, NEEDLE = 2, INVERTED = 4 };
+
+static int faults_of(const Field *f, const Vec3 q[3], const Vec3 n[3])
 {
     Vec3 a = v_area2(q[0], q[1], q[2]);
-    double area2 = v_len(a);
-    if (!(area2 > 0) || v_dot(a, v_add(v_add(n[0], n[1]), n[2])) < 3 * FACING_MIN * area2) return true;
-    return field_triangle_inverted(f, q[0], q[1], q[2]);
+    double area2 = v_len(a), sum = v_len2(v_sub(q[1], q[0])) + v_len2(v_sub(q[2], q[1])) + v_len2(v_sub(q[0], q[2]));
+    int faults = v_dot(a, v_add(v_add(n[0], n[1]), n[2])) < 3 * FACING_MIN * area2 ? TURNED : 0;
+    if (area2 < QUALITY_MIN * sum) faults |= NEEDLE;
+    if (!(area2 > 0) || field_triangle_inverted(f, q[0], q[1], q[2])) faults |= INVERTED;
+    return faults;
 }
 
 /* A triangle's corners and landed midpoints. */
@@ -261,15 +270,15 @@ static void six_points(const Pass *p, int t, Vec3 pos[6], Vec3 normal[6])
     }
 }
 
-static bool pattern_is_bad(const Field *f, int marks, bool other, const Vec3 pos[6], const Vec3 normal[6])
+static int faults_of_pattern(const Field *f, int marks, bool other, const Vec3 pos[6], const Vec3 normal[6])
 {
     uint8_t part[4][3];
-    int n = pattern(marks, other, part);
+    int n = pattern(marks, other, part), faults = 0;
     for (int i = 0; i < n; i++) {
         const uint8_t *c = part[i];
-        if (is_bad(f, (Vec3[3]){pos[c[0]], pos[c[1]], pos[c[2]]}, (Vec3[3]){normal[c[0]], normal[c[1]], normal[c[2]]})) return true;
+        faults |= faults_of(f, (Vec3[3]){pos[c[0]], pos[c[1]], pos[c[2]]}, (Vec3[3]){normal[c[0]], normal[c[1]], normal[c[2]]});
     }
-    return false;
+    return faults;
 }
 
 /* Of the two diagonals the one between the more alike normals lies along the lesser curvature (GI'07 section 3). */
@@ -290,9 +299,11 @@ static void check_block(void *ctx, int begin, int end)
         Vec3 pos[6], normal[6];
         six_points(p, t, pos, normal);
         bool other = prefers_other_diagonal(marks, normal), two = marks == 3 || marks == 5 || marks == 6;
-        if (pattern_is_bad(p->field, marks, other, pos, normal)) {
-            if (two && !pattern_is_bad(p->field, marks, !other, pos, normal)) other = !other;
-            else if (!is_bad(p->field, pos, normal)) p->state[t] |= TRI_BAD;
+        int faults = faults_of_pattern(p->field, marks, other, pos, normal);
+        if (faults) {
+            int allowed = faults_of(p->field, pos, normal) & ~INVERTED;
+            if (two && !(faults_of_pattern(p->field, marks, !other, pos, normal) & ~allowed)) other = !other;
+            else if (faults & ~allowed) p->state[t] |= TRI_BAD;
         }
         if (other) p->state[t] |= TRI_OTHER_DIAGONAL;
     }

@@ -11,10 +11,11 @@ enum { GRAIN = 1024 };
 enum { UNCOVERED_CELLS_MAX = 8 };
 #define UNCOVERED_SHARE_MAX 0.001
 
-/* A coarse mesh of a small component (an octahedron in a ball has a third of its volume) must at least look like it. */
-#define VOLUME_RATIO_MIN 0.3
+/* The coarse mesh of a small component loses much of its volume (an octahedron in a ball has a third of it), but must
+ * not turn inside out or lie elsewhere. */
+#define VOLUME_RATIO_MIN 0.05
 #define VOLUME_RATIO_MAX 2.0
-#define BOX_MARGIN_VOX 0.6
+#define BOX_MARGIN_VOX 0.3
 
 /* --- where the vertices lie ------------------------------------------------------------------------------------------ */
 
