@@ -35,7 +35,8 @@ static int print_overview(void)
          "  twinmesh COMMAND ...\n  twinmesh help COMMAND\n  twinmesh --version\n");
     for (int i = 0; i < COMMAND_COUNT; i++)
         printf("  %-8s %s%s\n", command[i].name, command[i].does, command[i].run ? "" : " (not in this version)");
-    puts("\nExit status: 0 done, 1 a check failed, 2 wrong usage, 3 bad input, 4 could not write, 5 out of a resource.");
+    puts("\nExit status: 0 done, 1 a check failed, 2 wrong usage, 3 bad input, 4 could not write,\n"
+         "5 out of a resource.");
     return 0;
 }
 

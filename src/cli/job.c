@@ -51,19 +51,23 @@ static void track_fill(TrackSettings *set, const Options *o)
 
 static bool job_check(const MeshJob *job, const Options *o, Err *err)
 {
-    if (!job->prefix)
-        return fail(err, ERR_USAGE, "-o PREFIX is missing: give the beginning of the output names, such as -o out/splash");
-    if (job->prefix[strlen(job->prefix) - 1] == '/')
-        return fail(err, ERR_USAGE, "--output %s: names a folder; give the beginning of file names in it too, such as %smesh",
-                    job->prefix, job->prefix);
+    const char *prefix = job->prefix;
+    if (!prefix)
+        return fail(err, ERR_USAGE,
+                    "-o PREFIX is missing: give the beginning of the output names, such as -o out/splash");
+    if (prefix[strlen(prefix) - 1] == '/')
+        return fail(err, ERR_USAGE,
+                    "--output %s: names a folder; give the beginning of file names in it too, such as %smesh", prefix,
+                    prefix);
     if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
     if (option_choice(o, OPT_TOPOLOGY) == 1) return fail(err, ERR_USAGE, "--topology papers: not in this version");
     if (!(job->track.e_min < job->track.e_max))
         return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
                     job->track.e_max);
     if (o->noperand == 0)
-        return fail(err, ERR_USAGE, "no frames are named: give files, a pattern such as phi.####.vdb, a folder, or - for "
-                                    "names on standard input");
+        return fail(err, ERR_USAGE,
+                    "no frames are named: give files, a pattern such as phi.####.vdb, a folder, or - for names on "
+                    "standard input");
     return true;
 }
 

@@ -31,6 +31,8 @@ typedef struct Field {
     int (*origin)[3];     /* [nbrick] first sample, a multiple of 8 */
     float *value;         /* [nbrick][11^3] samples origin-1 ... origin+9, x fastest */
     Map brick_at;         /* by origin >> 3 */
+    int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
+    int room_lo[3], room_n[3]; /* the box, in bricks */
 } Field;
 
 /* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */

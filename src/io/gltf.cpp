@@ -6,9 +6,6 @@
 #include <string>
 #include <tiny_gltf.h>
 
-#ifndef _Noreturn
-#define _Noreturn [[noreturn]]
-#endif
 extern "C" {
 #include "io/gltf_priv.h"
 }

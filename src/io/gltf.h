@@ -8,8 +8,8 @@
  * run's first frame) and _VELOCITY (of the piece's). Frame k, counted from 0 with skipped frames, stands at k
  * / fps seconds, rounded toward zero to float32; the last one is shown until the next would come.
  *
- * Bytes go to PREFIX.bin.part (PREFIX: the path without .glb or .gltf; PREFIX.1.bin.part and so on past 1 GiB
- * each) as frames come; gltf_close assembles the file under a temporary name, syncs and renames it. A .glb
+ * Bytes go to PREFIX.bin.part (PREFIX: the path without .gltf; PREFIX.1.bin.part and so on past 1 GiB each), for
+ * a .glb to PREFIX.glb.bin.part, as frames come; gltf_close assembles the file under a temporary name, syncs and renames it. A .glb
  * that would pass 2^32-1 bytes becomes PREFIX.gltf with its .bin files. A call that failed has said why;
  * after it gltf_close fails with the same sentence. No failure leaves a file under a final name, nor a part
  * behind gltf_close or gltf_abort. */

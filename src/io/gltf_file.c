@@ -226,12 +226,16 @@ static bool write_gltf(Gltf *g, const char *path, const Text *json, Err *err)
     return ok;
 }
 
-/* PREFIX.gltf in place of PREFIX.glb. */
+/* PREFIX.gltf in place of PREFIX.glb; the parts are renamed to PREFIX.bin and so on. */
 static bool write_outgrown(Gltf *g, Err *err)
 {
     size_t size = strlen(g->prefix) + sizeof ".gltf";
     char *path = NEW(char, size), sentence[1000];
     snprintf(path, size, "%s.gltf", g->prefix);
+    for (int p = 0; p < g->doc.npart; p++) {
+        mem_free(g->part[p].path);
+        g->part[p].path = gltf_part_path(g->prefix, p);
+    }
     Text json = {0};
     bool ok = make_text(g, false, &json, err) && write_gltf(g, path, &json, err);
     if (ok && g->warn) {

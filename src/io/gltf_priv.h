@@ -83,6 +83,9 @@ struct Gltf {
 
 /* --- gltf_store.c --- */
 
+/* STEM.bin, STEM.1.bin, ...; to be freed with mem_free. */
+char *gltf_part_path(const char *stem, int part);
+
 /* Each stores the values as little-endian bytes and returns the accessor, or NONE after a failure.
  * `minus`: NULL, or what is taken off each value. */
 int gltf_store_vec3(Gltf *g, const float *v, const float *minus, int n, bool with_range, Err *err);

@@ -8,17 +8,22 @@ enum { CHUNK = 3 * 4096 }; /* floats converted at a time */
 
 static uint64_t aligned(uint64_t bytes) { return (bytes + 3) & ~(uint64_t)3; }
 
-/* PREFIX.bin, PREFIX.1.bin, ... */
+char *gltf_part_path(const char *stem, int part)
+{
+    size_t size = strlen(stem) + 32;
+    char *path = NEW(char, size);
+    if (part == 0)
+        snprintf(path, size, "%s.bin", stem);
+    else
+        snprintf(path, size, "%s.%d.bin", stem, part);
+    return path;
+}
+
 static bool open_part(Gltf *g, Err *err)
 {
     GltfDoc *d = &g->doc;
-    size_t size = strlen(g->prefix) + 32;
-    char *path = NEW(char, size);
-    if (d->npart == 0)
-        snprintf(path, size, "%s.bin", g->prefix);
-    else
-        snprintf(path, size, "%s.%d.bin", g->prefix, d->npart);
-
+    /* a .glb's bytes bear its whole name: a .gltf of the same prefix may be written beside it */
+    char *path = gltf_part_path(g->binary ? g->path : g->prefix, d->npart);
     RESERVE(d->part_bytes, d->cap_part, d->npart + 1);
     RESIZE(g->part, d->cap_part);
     bool ok = outfile_open(&g->part[d->npart], path, err);

@@ -9,7 +9,7 @@
 #define HYSTERESIS 0.7        /* a marked edge stays marked above this share of a limit */
 #define ANGLE_SHORTEST_VOX 0.9 /* edges below this are not cut for their normals' sake: the samples hold no finer detail, */
 #define DEVIATION_SHORTEST_VOX 0.4 /* nor below this for the distance's */
-#define LAND_REACH 0.5        /* a midpoint lands at most this far away, in lengths of its edge */
+#define LAND_REACH 1.0        /* a midpoint lands at most this far away, in lengths of its edge */
 #define FACING_MIN 0.2        /* mean cosine of a piece's normal to the surface's; a triangle is not cut into less */
 #define QUALITY_MIN 0.03      /* |2 area| / (sum of squared edges) of a piece; 0.29 is equilateral */
 #define ENDS_APART 0.2        /* a midpoint lands no nearer to its edge's ends than this share of the edge */
@@ -23,8 +23,7 @@ typedef struct Pass {
     const Refine *memory;
     const Homes *homes;
     double cos_limit, cos_kept, dev_limit, dev_kept; /* for fresh marks, and for those of last frame */
-    Map edge_at;
-    int nedge, capedge;
+    int nedge;
     int32_t (*ends)[2];     /* [nedge] */
     int32_t (*side)[2];     /* [nedge] the two triangles */
     int32_t *edge_of;       /* [3*ntri] */
@@ -108,29 +107,35 @@ static void centroid_normals(void *ctx, int begin, int end)
 
 /* --- marking ----------------------------------------------------------------------------------------------------------- */
 
+/* Edges numbered by their lower vertex, then by first appearance: half-edges go into buckets by lower vertex, where an
+ * edge's second half finds its first. */
 static void find_edges(Pass *p)
 {
     RefinedMesh *m = p->m;
-    map_init(&p->edge_at, 2 * m->ntri);
-    p->edge_of = NEW(int32_t, 3 * (size_t)m->ntri);
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        int a = m->tri[h], b = m->tri[h % 3 == 2 ? h - 2 : h + 1];
-        int e = map_put(&p->edge_at, key_pair(int_min(a, b), int_max(a, b)), p->nedge);
-        p->edge_of[h] = e;
-        if (e < p->nedge) {
-            p->side[e][1] = h / 3;
-            continue;
+    int nhalf = 3 * m->ntri;
+    int32_t *start = NEW0(int32_t, m->nvert + 2), *bucket = NEW(int32_t, nhalf);
+    for (int h = 0; h < nhalf; h++) start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 2]++;
+    for (int v = 0; v < m->nvert; v++) start[v + 2] += start[v + 1];
+    for (int h = 0; h < nhalf; h++) bucket[start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 1]++] = h;
+    p->edge_of = NEW(int32_t, nhalf);
+    p->ends = mem_alloc((size_t)nhalf / 2, sizeof *p->ends);
+    p->side = mem_alloc((size_t)nhalf / 2, sizeof *p->side);
+    for (int v = 0; v < m->nvert; v++) {
+        int first = p->nedge;
+        for (int i = start[v]; i < start[v + 1]; i++) {
+            int h = bucket[i], a = m->tri[h], b = m->tri[h % 3 == 2 ? h - 2 : h + 1], top = int_max(a, b), e = first;
+            while (e < p->nedge && p->ends[e][1] != top) e++;
+            p->edge_of[h] = e;
+            p->side[e][e < p->nedge] = h / 3;
+            if (e < p->nedge) continue;
+            p->ends[e][0] = v;
+            p->ends[e][1] = top;
+            p->nedge++;
         }
-        if (p->nedge == p->capedge) {
-            p->capedge = int_max(1024, 2 * p->capedge);
-            RESIZE(p->ends, p->capedge);
-            RESIZE(p->side, p->capedge);
-        }
-        p->ends[e][0] = int_min(a, b);
-        p->ends[e][1] = int_max(a, b);
-        p->side[e][0] = p->side[e][1] = h / 3;
-        p->nedge++;
     }
+    ASSERT(2 * p->nedge == nhalf);
+    mem_free(start);
+    mem_free(bucket);
     p->marked = NEW0(uint8_t, p->nedge);
     p->mid_pos = NEW(Vec3, p->nedge);
     p->mid_normal = NEW(Vec3, p->nedge);
@@ -140,26 +145,37 @@ static void find_edges(Pass *p)
 
 static uint64_t key_of_edge(const RefinedMesh *m, int a, int b) { return key_pair(int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b])); }
 
-enum { MARK_SELF = 1, MARK_OTHERS = 2 };
+enum { MARK_SELF = 1, MARK_OTHERS = 2, BATCH = 64 };
+
+/* The midpoints' distance from the surface, to first order, against a limit in world units an edge. */
+static void mark_far(Pass *p, int n, const int *edge, const double *limit)
+{
+    Vec3 mid[BATCH], g[BATCH];
+    double F[BATCH];
+    for (int i = 0; i < n; i++) mid[i] = v_mid(p->m->pos[p->ends[edge[i]][0]], p->m->pos[p->ends[edge[i]][1]]);
+    field_sample(p->field, n, mid, F, g);
+    for (int i = 0; i < n; i++)
+        if (F[i] * F[i] > limit[i] * limit[i] * v_len2(g[i])) p->marked[edge[i]] |= MARK_SELF;
+}
 
 static void mark_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     const RefinedMesh *m = p->m;
     const double voxel = p->field->voxel;
+    int n = 0, edge[BATCH];
+    double limit[BATCH];
     for (int e = begin; e < end; e++) {
         int a = p->ends[e][0], b = p->ends[e][1];
         bool kept = map_get(&p->memory->marked, key_of_edge(m, a, b)) != NONE;
         double cos_limit = kept ? p->cos_kept : p->cos_limit, dev = (kept ? p->dev_kept : p->dev_limit) * voxel;
-        if (v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]) < cos_limit) p->marked[e] |= MARK_OTHERS;
         double length = v_dist(m->pos[a], m->pos[b]) / voxel;
+        if (v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]) < cos_limit) p->marked[e] |= MARK_OTHERS;
         if (length >= ANGLE_SHORTEST_VOX && v_dot(m->normal[a], m->normal[b]) < cos_limit) p->marked[e] |= MARK_SELF;
-        else if (length >= DEVIATION_SHORTEST_VOX && dev > 0) {
-            double F;
-            Vec3 mid = v_mid(m->pos[a], m->pos[b]), g;
-            field_sample(p->field, 1, &mid, &F, &g);
-            if (F * F > dev * dev * v_len2(g)) p->marked[e] |= MARK_SELF;
-        }
+        else if (length >= DEVIATION_SHORTEST_VOX && dev > 0) edge[n] = e, limit[n++] = dev;
+        if (n < BATCH && e + 1 < end) continue;
+        mark_far(p, n, edge, limit);
+        n = 0;
     }
 }
 
@@ -373,7 +389,6 @@ static void cut_triangles(Pass *p)
 
 static void pass_free(Pass *p)
 {
-    map_free(&p->edge_at);
     mem_free(p->ends);
     mem_free(p->side);
     mem_free(p->edge_of);
@@ -403,23 +418,63 @@ static bool run_pass(Pass *p, Map *marked_now, int32_t *next_id, RefineStat *sta
     return added > 0;
 }
 
-static void measure(Pass *p, RefineStat *stat)
+/* --- figures ------------------------------------------------------------------------------------------------------------------ */
+
+typedef struct MeasureJob {
+    const Pass *p;
+    double *sum, *max; /* a block */
+    int *inverted;     /* a block */
+} MeasureJob;
+
+static void measure_edges(void *ctx, int begin, int end)
 {
-    const RefinedMesh *m = p->m;
-    double sum = 0;
-    for (int e = 0; e < p->nedge; e++) {
-        double F;
-        Vec3 mid = v_mid(m->pos[p->ends[e][0]], m->pos[p->ends[e][1]]), g;
-        field_sample(p->field, 1, &mid, &F, &g);
-        double l = v_len(g), d = l > 0 ? fabs(F) / l / p->field->voxel : 0;
-        sum += d;
-        stat->max_vox = real_max(stat->max_vox, d);
+    MeasureJob *job = ctx;
+    const Pass *p = job->p;
+    double sum = 0, max = 0;
+    for (int from = begin; from < end; from += BATCH) {
+        Vec3 mid[BATCH], g[BATCH];
+        double F[BATCH];
+        int n = int_min(BATCH, end - from);
+        for (int i = 0; i < n; i++) mid[i] = v_mid(p->m->pos[p->ends[from + i][0]], p->m->pos[p->ends[from + i][1]]);
+        field_sample(p->field, n, mid, F, g);
+        for (int i = 0; i < n; i++) {
+            double l = v_len(g[i]), d = l > 0 ? fabs(F[i]) / l / p->field->voxel : 0;
+            sum += d;
+            max = real_max(max, d);
+        }
     }
-    if (p->nedge) stat->mean_vox = sum / p->nedge;
-    for (int t = 0; t < m->ntri; t++) {
+    job->sum[begin / GRAIN] = sum;
+    job->max[begin / GRAIN] = max;
+}
+
+static void measure_tris(void *ctx, int begin, int end)
+{
+    MeasureJob *job = ctx;
+    const RefinedMesh *m = job->p->m;
+    int n = 0;
+    for (int t = begin; t < end; t++) {
         const int32_t *c = m->tri + 3 * t;
-        stat->inverted += field_triangle_inverted(p->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+        n += field_triangle_inverted(job->p->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
     }
+    job->inverted[begin / GRAIN] = n;
+}
+
+static void measure(const Pass *p, RefineStat *stat)
+{
+    int edge_blocks = (p->nedge + GRAIN - 1) / GRAIN, tri_blocks = (p->m->ntri + GRAIN - 1) / GRAIN;
+    MeasureJob job = {p, NEW(double, edge_blocks), NEW(double, edge_blocks), NEW(int, tri_blocks)};
+    parallel_for(p->nedge, GRAIN, measure_edges, &job);
+    parallel_for(p->m->ntri, GRAIN, measure_tris, &job);
+    double sum = 0;
+    for (int b = 0; b < edge_blocks; b++) {
+        sum += job.sum[b];
+        stat->max_vox = real_max(stat->max_vox, job.max[b]);
+    }
+    for (int b = 0; b < tri_blocks; b++) stat->inverted += job.inverted[b];
+    if (p->nedge) stat->mean_vox = sum / p->nedge;
+    mem_free(job.sum);
+    mem_free(job.max);
+    mem_free(job.inverted);
 }
 
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,

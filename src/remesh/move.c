@@ -3,8 +3,10 @@
 
 #include "base/thread.h"
 
-enum { GRAIN = 512, ROUNDS_MAX = 12 };
+enum { GRAIN = 512 };
 #define REACH 0.6 /* a landing is at most this far from its target, in edges wanted */
+
+enum { LOOK, FINE, HARMED };
 
 typedef struct MoveJob {
     Remesh *r;
@@ -12,7 +14,7 @@ typedef struct MoveJob {
     const Vec3 *old_normal;
     const uint8_t *frozen;
     uint8_t *stays;    /* [nvert] */
-    uint8_t *harmed;   /* [ntri] */
+    uint8_t *state;    /* [ntri] */
 } MoveJob;
 
 static void move_block(void *ctx, int begin, int end)
@@ -32,39 +34,57 @@ static void move_block(void *ctx, int begin, int end)
     }
 }
 
-static Fitness fitness_of(const Mesh *m, int t, const Vec3 *pos, const Vec3 *normal)
+static void corners_of(const Mesh *m, int t, const Vec3 *column, Vec3 out[3])
 {
-    const int32_t *c = m->corner + 3 * t;
-    return triangle_fitness((Vec3[3]){pos[c[0]], pos[c[1]], pos[c[2]]}, (Vec3[3]){normal[c[0]], normal[c[1]], normal[c[2]]});
+    for (int k = 0; k < 3; k++) out[k] = column[m->corner[3 * t + k]];
+}
+
+static bool is_harmed(const MoveJob *job, int t)
+{
+    const Remesh *r = job->r;
+    Vec3 p[3], n[3], old_p[3], old_n[3];
+    corners_of(r->mesh, t, r->mesh->pos, p);
+    corners_of(r->mesh, t, r->normal, n);
+    Fitness after = triangle_fitness(p, n);
+    double far = triangle_deviation(r->field, p);
+    if (fitness_allows(fitness_best(), after, FACING_MOVE_MIN, QUALITY_MOVE_MIN) && far <= DEVIATION_MAX_VOX) return false;
+    corners_of(r->mesh, t, job->old_pos, old_p);
+    corners_of(r->mesh, t, job->old_normal, old_n);
+    if (!fitness_allows(triangle_fitness(old_p, old_n), after, FACING_MOVE_MIN, QUALITY_MOVE_MIN)) return true;
+    return far > DEVIATION_MAX_VOX && far > triangle_deviation(r->field, old_p);
 }
 
 static void judge_block(void *ctx, int begin, int end)
 {
     MoveJob *job = ctx;
-    Remesh *r = job->r;
-    for (int t = begin; t < end; t++) {
-        job->harmed[t] = 0;
-        if (tri_is_dead(r->mesh, t)) continue;
-        Fitness after = fitness_of(r->mesh, t, r->mesh->pos, r->normal);
-        if (after.facing >= FACING_MOVE_MIN && after.quality >= QUALITY_MOVE_MIN) continue;
-        Fitness before = fitness_of(r->mesh, t, job->old_pos, job->old_normal);
-        job->harmed[t] = !fitness_allows(before, after, FACING_MOVE_MIN, QUALITY_MOVE_MIN);
-    }
+    for (int t = begin; t < end; t++)
+        if (job->state[t] == LOOK) job->state[t] = !tri_is_dead(job->r->mesh, t) && is_harmed(job, t) ? HARMED : FINE;
 }
 
-/* Takes the corners of harmed triangles back. False when there was none to take back. */
+static void look_around(MoveJob *job, int v)
+{
+    const Mesh *m = job->r->mesh;
+    int h = m->out[v];
+    do
+        if (job->state[h / 3] == FINE) job->state[h / 3] = LOOK;
+    while ((h = he_around(m, h)) != m->out[v]);
+}
+
+/* Takes the corners of harmed triangles back; their rings are to be looked at again. False when there was none. */
 static bool take_back(MoveJob *job)
 {
     Mesh *m = job->r->mesh;
     bool any = false;
     for (int t = 0; t < m->ntri; t++) {
-        if (!job->harmed[t]) continue;
+        if (job->state[t] != HARMED) continue;
+        job->state[t] = FINE;
         for (int k = 0; k < 3; k++) {
             int v = m->corner[3 * t + k];
             if (job->stays[v] || (job->frozen && job->frozen[v])) continue;
             job->stays[v] = 1;
             m->pos[v] = job->old_pos[v];
             job->r->normal[v] = job->old_normal[v];
+            look_around(job, v);
             any = true;
         }
     }
@@ -75,7 +95,7 @@ int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
 {
     Mesh *m = r->mesh;
     Vec3 *pos = NEW(Vec3, m->nvert), *normal = NEW(Vec3, m->nvert);
-    MoveJob job = {r, target, pos, normal, frozen, NEW0(uint8_t, m->nvert), NEW(uint8_t, m->ntri)};
+    MoveJob job = {r, target, pos, normal, frozen, NEW0(uint8_t, m->nvert), NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) pos[v] = m->pos[v], normal[v] = r->normal[v];
     parallel_for(m->nvert, GRAIN, move_block, &job);
     /* each round takes at least one vertex back, and old triangles are as good as they were: it ends by itself */
@@ -88,7 +108,7 @@ int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
     mem_free(pos);
     mem_free(normal);
     mem_free(job.stays);
-    mem_free(job.harmed);
+    mem_free(job.state);
     return stayed;
 }
 

@@ -10,6 +10,13 @@ enum { GRAIN = 512 };
 
 /* --- guards ------------------------------------------------------------------------------------------------------ */
 
+double triangle_deviation(const Field *f, const Vec3 p[3])
+{
+    Vec3 g;
+    double F = fabs(field_value(f, v_scale(v_add(v_add(p[0], p[1]), p[2]), 1.0 / 3), &g, NULL)), l = v_len(g) * f->voxel;
+    return F < DEVIATION_FAR_VOX * l ? F / l : DEVIATION_FAR_VOX;
+}
+
 Fitness triangle_fitness(const Vec3 p[3], const Vec3 n[3])
 {
     Vec3 a = v_area2(p[0], p[1], p[2]);
@@ -178,22 +185,72 @@ void remesh_split(Remesh *r, int h)
     if (r->home) r->home[v] = r->home[a];
 }
 
-/* The triangles around v but those that hold w; where v moves to p with normal n. Edges at v become no longer than `longest`. */
-static bool ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, double longest, Fitness *before, Fitness *after)
+/* The triangles around v that hold w not, in turn: h runs over the half-edges that leave v. */
+static bool next_spoke(const Mesh *m, int v, int w, int *h, int corner[3])
+{
+    do {
+        *h = *h == NONE ? m->out[v] : he_around(m, *h);
+        corner[0] = v, corner[1] = he_to(m, *h), corner[2] = m->corner[he_prev(*h)];
+        if (corner[1] != w && corner[2] != w) return true;
+    } while (he_around(m, *h) != m->out[v]);
+    return false;
+}
+
+static bool is_last_spoke(const Mesh *m, int v, int h) { return he_around(m, h) == m->out[v]; }
+
+static void ring_fitness(const Remesh *r, int v, int w, Fitness *worst)
+{
+    const Mesh *m = r->mesh;
+    int h = NONE, c[3];
+    while (next_spoke(m, v, w, &h, c)) {
+        fitness_worsen(worst, triangle_fitness((Vec3[3]){m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){r->normal[c[0]], r->normal[c[1]], r->normal[c[2]]}));
+        if (is_last_spoke(m, v, h)) break;
+    }
+}
+
+/* The same ring with v at p, normal n: no worse than the limits or than before, no edge longer than `longest` that grows. */
+static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness before, double longest, double *longest2)
 {
     const Mesh *m = r->mesh;
     int h = m->out[v];
     do {
-        int b = he_to(m, h), c = m->corner[he_prev(h)];
-        if (b != w && c != w) {
-            Vec3 was[3] = {m->pos[v], m->pos[b], m->pos[c]}, will[3] = {p, was[1], was[2]};
-            Vec3 nwas[3] = {r->normal[v], r->normal[b], r->normal[c]}, nwill[3] = {n, nwas[1], nwas[2]};
-            fitness_worsen(before, triangle_fitness(was, nwas));
-            fitness_worsen(after, triangle_fitness(will, nwill));
-        }
-        if (b != w && v_len2(v_sub(m->pos[b], p)) > longest * longest && v_len2(v_sub(m->pos[b], p)) > v_len2(v_sub(m->pos[b], m->pos[v]))) return false;
+        int b = he_to(m, h);
+        if (b == w) continue;
+        double l2 = v_len2(v_sub(m->pos[b], p));
+        if (l2 > longest * longest && l2 > v_len2(v_sub(m->pos[b], m->pos[v]))) return false;
+        *longest2 = real_max(*longest2, l2);
     } while ((h = he_around(m, h)) != m->out[v]);
+    int c[3];
+    h = NONE;
+    while (next_spoke(m, v, w, &h, c)) {
+        Fitness after = triangle_fitness((Vec3[3]){p, m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){n, r->normal[c[1]], r->normal[c[2]]});
+        if (!fitness_allows(before, after, FACING_MIN, QUALITY_MIN)) return false;
+        if (is_last_spoke(m, v, h)) break;
+    }
     return true;
+}
+
+static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
+{
+    const Mesh *m = r->mesh;
+    double worst = 0;
+    int h = NONE, c[3];
+    while (next_spoke(m, v, w, &h, c)) {
+        worst = real_max(worst, triangle_deviation(r->field, (Vec3[3]){p, m->pos[c[1]], m->pos[c[2]]}));
+        if (is_last_spoke(m, v, h)) break;
+    }
+    return worst;
+}
+
+/* Does a collapse of a and b at p keep the triangles where they are, on the surface? */
+static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2)
+{
+    const Mesh *m = r->mesh;
+    double voxel = DEVIATION_EDGE_VOX * r->field->voxel;
+    if (longest2 < voxel * voxel) return true;
+    double after = real_max(ring_deviation(r, a, b, p), ring_deviation(r, b, a, p));
+    if (after <= DEVIATION_MAX_VOX) return true;
+    return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
 }
 
 bool remesh_try_collapse(Remesh *r, int h, double longest)
@@ -207,10 +264,13 @@ bool remesh_try_collapse(Remesh *r, int h, double longest)
     }
     Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
     Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
+    Fitness before = fitness_best();
+    ring_fitness(r, a, b, &before);
+    ring_fitness(r, b, a, &before);
     for (int k = 0; k < 3; k++) {
-        Fitness before = fitness_best(), after = fitness_best();
-        if (!ring_fitness(r, a, b, place[k], normal[k], longest, &before, &after) || !ring_fitness(r, b, a, place[k], normal[k], longest, &before, &after)) continue;
-        if (!fitness_allows(before, after, FACING_MIN, QUALITY_MIN)) continue;
+        double longest2 = 0;
+        if (!ring_allows(r, a, b, place[k], normal[k], before, longest, &longest2) || !ring_allows(r, b, a, place[k], normal[k], before, longest, &longest2)) continue;
+        if (!stays_close(r, a, b, place[k], longest2)) continue;
         mesh_collapse_edge(m, h, place[k]);
         r->normal[a] = normal[k];
         return true;

@@ -19,9 +19,6 @@
 #include <unistd.h>
 #include <tiny_gltf.h>
 
-#ifndef _Noreturn
-#define _Noreturn [[noreturn]]
-#endif
 extern "C" {
 #include "io/gltf_priv.h"
 #include <cmocka.h>
@@ -562,6 +559,43 @@ static void abort_leaves_nothing(void **)
     gltf_abort(nullptr);
 }
 
+/* A .glb and a .gltf of one prefix, fed in turns, are what each is when written alone; giving one up leaves the
+ * other's bytes alone. */
+static void glb_and_gltf_of_one_prefix_do_not_meet(void **)
+{
+    Script s = repeat(5, 12) + Script{4, 3};
+    write(folder + "/a.glb", s, 24);
+    write(folder + "/a.gltf", s, 24);
+    std::string glb = slurp(folder + "/a.glb"), gltf = slurp(folder + "/a.gltf"), bin = slurp(folder + "/a.bin");
+
+    for (int given_up : {0, 1, 2}) {
+        clear_files(nullptr);
+        Err err = {};
+        Gltf *a = start(folder + "/a.glb", 24, false, &err), *b = start(folder + "/a.gltf", 24, false, &err);
+        for (size_t k = 0; k < s.size(); k++)
+            for (Gltf *g : {a, b}) {
+                TriMesh m = fan(s[k], double(k) / 24, 0), carried = {};
+                bool same = k == 0 || s[k] == s[k - 1];
+                if (!same) carried = fan(s[k - 1], double(k) / 24, 0);
+                assert_true(gltf_add_frame(g, &m, same ? nullptr : carried.pos, same ? nullptr : carried.normal, 1, &err));
+                trimesh_free(&m);
+                trimesh_free(&carried);
+            }
+        assert_true(files() == std::vector<std::string>({"a.bin.part", "a.glb.bin.part"}));
+        if (given_up == 1) gltf_abort(a);
+        else assert_true(gltf_close(a, &err));
+        if (given_up == 2) gltf_abort(b);
+        else assert_true(gltf_close(b, &err));
+        std::vector<std::string> want;
+        if (given_up != 2) want = {"a.bin"};
+        if (given_up != 1) want.push_back("a.glb");
+        if (given_up != 2) want.push_back("a.gltf");
+        assert_true(files() == want);
+        if (given_up != 1) assert_true(slurp(folder + "/a.glb") == glb);
+        if (given_up != 2) assert_true(slurp(folder + "/a.gltf") == gltf && slurp(folder + "/a.bin") == bin);
+    }
+}
+
 /* Files may grow to `limit` bytes only, as on a disk that is full by then. */
 static bool write_limited(const char *name, const Script &script, rlim_t limit, Limits limits, Err *err)
 {
@@ -613,7 +647,7 @@ static void full_disk_at_any_moment_leaves_nothing(void **)
 static void disk_full_is_said(void **)
 {
     Err err = {};
-    assert_int_equal(symlink("/dev/full", (folder + "/a.bin.part").c_str()), 0);
+    assert_int_equal(symlink("/dev/full", (folder + "/a.glb.bin.part").c_str()), 0);
     Gltf *g = start(folder + "/a.glb", 24, false, &err);
     play_in(g, {5, 5}, 24, 0, &err);
     assert_false(gltf_close(g, &err));
@@ -648,6 +682,7 @@ int main()
         TEST(same_input_gives_same_bytes),
         TEST(large_glb_becomes_gltf_with_parts),
         TEST(glb_limit_is_exact),
+        TEST(glb_and_gltf_of_one_prefix_do_not_meet),
         TEST(bad_normals_become_unit_vectors),
         TEST(what_cannot_be_is_refused),
         TEST(abort_leaves_nothing),
