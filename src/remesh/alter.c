@@ -1,6 +1,9 @@
 /* alter.c: GI'07 2.5, and the coarsening of marching cubes' triangles. */
 #include "remesh/remesh_priv.h"
 
+#define DROPLET_VERTICES 40   /* components of fewer vertices keep theirs: */
+#define DROPLET_COLLAPSE 0.35 /* they are collapsed only below this share of e_min e-hat */
+
 /* --- the paper's alteration -------------------------------------------------------------------------------------- */
 
 /* This step's changes become next step's locks. */
@@ -33,18 +36,38 @@ static int alter_split(Remesh *r, const AlterRules *rules)
     return splits;
 }
 
+/* Vertices that have none to spare: of components of fewer than DROPLET_VERTICES. The caller frees it. */
+static uint8_t *find_droplets(const Remesh *r)
+{
+    const Mesh *m = r->mesh;
+    int32_t *comp = NEW(int32_t, m->nvert);
+    int n = mesh_components(m, NULL, comp);
+    int32_t *count = NEW0(int32_t, n);
+    uint8_t *droplet = NEW0(uint8_t, m->nvert);
+    for (int v = 0; v < m->nvert; v++)
+        if (comp[v] != NONE) count[comp[v]]++;
+    for (int v = 0; v < m->nvert; v++) droplet[v] = comp[v] != NONE && count[comp[v]] < DROPLET_VERTICES;
+    mem_free(comp);
+    mem_free(count);
+    return droplet;
+}
+
 static int alter_collapse(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
     int32_t *edge;
     int n = remesh_edges_by_length(m, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
+    uint8_t *droplet = find_droplets(r);
     for (int i = 0; i < n; i++) {
         int h = edge[i];
-        if (tri_is_dead(m, h / 3) || m->flag[h] || mesh_edge_length(m, h) >= rules->e_min * rules->rest) continue;
+        if (tri_is_dead(m, h / 3) || m->flag[h]) continue;
+        double limit = rules->e_min * rules->rest * (droplet[he_from(m, h)] ? DROPLET_COLLAPSE : 1);
+        if (mesh_edge_length(m, h) >= limit) continue;
         if (change_of(m, h) >= rules->eps * rules->rest) continue; /* it has been stretching */
         collapses += remesh_try_collapse(r, h, EDGE_LONGEST * r->edge);
     }
     mem_free(edge);
+    mem_free(droplet);
     return collapses;
 }
 

@@ -44,7 +44,7 @@ static bool heal_by_collapse(Remesh *r, int t)
     Mesh *m = r->mesh;
     for (int k = 0; k < 3; k++) {
         int h = 3 * t + k, a = he_from(m, h), b = he_to(m, h);
-        if (!mesh_can_collapse(m, h)) continue;
+        if (!remesh_can_collapse(m, h)) continue;
         Vec3 mid = v_mid(m->pos[a], m->pos[b]);
         remesh_land_point(r, a, &mid, 0.5 * r->edge);
         Vec3 place[3] = {mid, m->pos[a], m->pos[b]};
@@ -58,22 +58,42 @@ static bool heal_by_collapse(Remesh *r, int t)
     return false;
 }
 
+static Vec3 ring_mean(const Mesh *m, int v)
+{
+    int h = m->out[v], n = 0;
+    Vec3 mean = vec3(0, 0, 0);
+    do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
+    while ((h = he_around(m, h)) != m->out[v]);
+    return v_scale(mean, 1.0 / n);
+}
+
+static bool try_place(Remesh *r, int v, Vec3 p, int before)
+{
+    if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) return false;
+    r->mesh->pos[v] = p;
+    r->normal[v] = remesh_normal_at(r, p);
+    return true;
+}
+
+/* Towards the neighbours' mean; failing that, anywhere in the tangent plane around that leaves fewer triangles inverted. */
 static bool heal_by_move(Remesh *r, int t)
 {
+    static const double COS[8] = {1, 0.7071067811865476, 0, -0.7071067811865476, -1, -0.7071067811865476, 0, 0.7071067811865476};
     Mesh *m = r->mesh;
     for (int k = 0; k < 3; k++) {
-        int v = m->corner[3 * t + k], h = m->out[v], n = 0;
-        Vec3 mean = vec3(0, 0, 0);
-        do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
-        while ((h = he_around(m, h)) != m->out[v]);
-        mean = v_scale(mean, 1.0 / n);
-        int before = count_ring(r, v, m->pos[v], NONE);
-        for (int i = 0; i < 3; i++) {
-            Vec3 p = v_mix(m->pos[v], mean, 1 - 0.35 * i);
-            if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) continue;
-            m->pos[v] = p;
-            r->normal[v] = remesh_normal_at(r, p);
-            return true;
+        int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
+        Vec3 mean = ring_mean(m, v);
+        for (int i = 0; i < 3; i++)
+            if (try_place(r, v, v_mix(m->pos[v], mean, 1 - 0.35 * i), before)) return true;
+    }
+    for (int k = 0; k < 3; k++) {
+        int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
+        Vec3 mean = ring_mean(m, v), n = r->normal[v], side = fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0);
+        Vec3 u = v_unit(v_cross(n, side)), w = v_cross(n, u);
+        for (int i = 0; i < 24; i++) {
+            double radius = 0.2 * (1 + i / 8) * r->edge;
+            Vec3 p = v_axpy(v_axpy(mean, radius * COS[i & 7], u), radius * COS[(i + 6) & 7], w);
+            if (try_place(r, v, p, before)) return true;
         }
     }
     return false;
@@ -108,12 +128,8 @@ static bool is_astray(const Remesh *r, int v)
 static bool move_home(Remesh *r, int v)
 {
     Mesh *m = r->mesh;
-    int h = m->out[v], n = 0;
-    Vec3 mean = vec3(0, 0, 0);
-    do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
-    while ((h = he_around(m, h)) != m->out[v]);
-    mean = v_scale(mean, 1.0 / n);
-    int before = count_ring(r, v, m->pos[v], NONE);
+    Vec3 mean = ring_mean(m, v);
+    int h = m->out[v], before = count_ring(r, v, m->pos[v], NONE);
     for (int i = 0; i < 4; i++)
         do {
             Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i);
@@ -131,7 +147,7 @@ static bool collapse_home(Remesh *r, int v)
     int h = m->out[v];
     do {
         int b = he_to(m, h);
-        if (!mesh_can_collapse(m, h) || is_astray(r, b)) continue;
+        if (!remesh_can_collapse(m, h) || is_astray(r, b)) continue;
         Vec3 p = m->pos[b];
         if (count_ring(r, v, p, b)) continue;
         mesh_collapse_edge(m, m->opp[h], p);

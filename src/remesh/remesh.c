@@ -253,10 +253,17 @@ static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2)
     return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
 }
 
+bool remesh_can_collapse(const Mesh *m, int h)
+{
+    int c = m->corner[he_prev(h)], d = m->corner[he_prev(m->opp[h])];
+    if (mesh_valence(m, c) <= 4 || mesh_valence(m, d) <= 4) return false;
+    return mesh_valence(m, he_from(m, h)) + mesh_valence(m, he_to(m, h)) >= 8 && mesh_can_collapse(m, h);
+}
+
 bool remesh_try_collapse(Remesh *r, int h, double longest)
 {
     Mesh *m = r->mesh;
-    if (!mesh_can_collapse(m, h)) return false;
+    if (!remesh_can_collapse(m, h)) return false;
     int a = he_from(m, h), b = he_to(m, h);
     if (m->id[a] > m->id[b]) { /* the older identity stays */
         h = m->opp[h];

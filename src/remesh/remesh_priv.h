@@ -38,6 +38,9 @@ bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);
+/* The link condition, and valence four is the least: a component ends as an octahedron, not as a tetrahedron whose faces
+ * look every way. */
+bool remesh_can_collapse(const Mesh *m, int h);
 /* Collapses at the midpoint or at either end, whichever the guards allow first; the older identity stays. False: none is allowed. */
 bool remesh_try_collapse(Remesh *r, int h, double longest);
 /* Live edges, one half-edge each, sorted by length (ascending or descending, ties by index), of those between lo and hi. */

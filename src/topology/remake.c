@@ -2,7 +2,7 @@
 
 #include "remesh/remesh.h"
 
-#include <string.h>
+#define SPECK_VOX 1.0
 
 /* Coarse components that do not sit on their surface any more; sets `again` for them and drops them from the mesh. */
 static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uint8_t *again)
@@ -22,16 +22,30 @@ static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uin
     return strayed;
 }
 
-RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)
+/* Under a voxel in extent: the reference as it is has few triangles, and nothing in the samples to be moved by. */
+static bool is_speck(const IsoSurface *iso, int k)
 {
-    RemakeStat stat = {0};
+    Vec3 d = v_sub(iso->comp_box[k][1], iso->comp_box[k][0]);
+    return d.x < SPECK_VOX && d.y < SPECK_VOX && d.z < SPECK_VOX;
+}
+
+static void append_reference(const IsoSurface *iso, const uint8_t *want, Mesh *mesh)
+{
+    Mesh raw;
+    mesh_init(&raw);
+    iso_triangulate(iso, want, &raw, NULL);
+    mesh_append(mesh, raw.nvert, raw.pos, NULL, raw.ntri, raw.corner);
+    mesh_free(&raw);
+}
+
+/* Appends the components coarsened; again[] is set for those that have to stay as they are. */
+static int append_coarse(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh, uint8_t *again)
+{
     Mesh fresh;
     Remesh r;
-    int found;
-    for (int k = 0; k < iso->ncomp; k++) stat.components += want[k] != 0;
-    if (stat.components == 0) return stat;
-    mesh_init(&fresh);
+    int found, failed;
     int32_t *home;
+    mesh_init(&fresh);
     iso_triangulate(iso, want, &fresh, &home);
     remesh_begin(&r, &fresh, iso->field, edge, &(Homes){iso_is_home, iso, home});
     mem_free(home);
@@ -40,17 +54,30 @@ RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double 
     remesh_rehome(&r);
     remesh_end(&r);
     mesh_compact(&fresh, NULL);
-    uint8_t *again = NEW0(uint8_t, iso->ncomp);
-    stat.raw_components = drop_strayed(iso, want, &fresh, again);
+    failed = drop_strayed(iso, want, &fresh, again);
     mesh_append(mesh, fresh.nvert, fresh.pos, NULL, fresh.ntri, fresh.corner);
-    stat.vertices = fresh.nvert;
-    if (stat.raw_components) {
-        mesh_clear(&fresh);
-        iso_triangulate(iso, again, &fresh, NULL);
-        mesh_append(mesh, fresh.nvert, fresh.pos, NULL, fresh.ntri, fresh.corner);
-        stat.vertices += fresh.nvert;
-    }
-    mem_free(again);
     mesh_free(&fresh);
+    return failed;
+}
+
+RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)
+{
+    RemakeStat stat = {0};
+    int before = mesh->nvert - mesh->deadvert, specks = 0;
+    uint8_t *coarse = NEW0(uint8_t, iso->ncomp), *plain = NEW0(uint8_t, iso->ncomp);
+    for (int k = 0; k < iso->ncomp; k++) {
+        if (!want[k]) continue;
+        stat.components++;
+        *(is_speck(iso, k) ? &plain[k] : &coarse[k]) = 1;
+        specks += plain[k];
+    }
+    uint8_t *again = NEW0(uint8_t, iso->ncomp);
+    if (stat.components > specks) stat.raw_components = append_coarse(iso, coarse, edge, mesh, again);
+    for (int k = 0; k < iso->ncomp; k++) plain[k] |= again[k];
+    if (specks + stat.raw_components) append_reference(iso, plain, mesh);
+    stat.vertices = mesh->nvert - mesh->deadvert - before;
+    mem_free(coarse);
+    mem_free(plain);
+    mem_free(again);
     return stat;
 }

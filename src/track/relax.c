@@ -6,12 +6,6 @@
 enum { GRAIN = 512 };
 #define STEP_MAX 0.3 /* a vertex moves at most this far in a step, in edges wanted */
 
-void track_set_unrest(Track *tr, float value, int from)
-{
-    RESERVE(tr->unrest, tr->capunrest, tr->mesh.nvert);
-    for (int v = from; v < tr->mesh.nvert; v++) tr->unrest[v] = value;
-}
-
 typedef struct TriJob {
     const Remesh *r;
     Vec3 *normal;      /* [ntri] the field's at the centroids */
@@ -30,24 +24,24 @@ static void tri_block(void *ctx, int begin, int end)
     }
 }
 
-void track_relax(Track *tr, Remesh *r, const uint8_t *frozen, FrameStat *stat)
+void track_relax(Track *tr, Remesh *r, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     TriJob job = {r, NEW(Vec3, m->ntri), NEW(uint8_t, m->ntri)};
     Vec3 *dx = NEW(Vec3, m->nvert);
     parallel_for(m->ntri, GRAIN, tri_block, &job);
     MechanicsProblem prob = {.nvert = m->nvert, .ntri = m->ntri, .pos = m->pos, .tri = m->corner, .normal = r->normal,
-                             .tri_normal = job.normal, .inverted = job.inverted, .frozen = frozen};
+                             .tri_normal = job.normal, .inverted = job.inverted, .frozen = tr->frozen};
     CgStat cg = mechanics_step(&tr->mech, &tr->set.mech, &prob, dx);
     stat->relax_steps++;
     stat->cg_iterations += cg.iterations;
     stat->cg_residual = cg.residual;
     for (int v = 0; v < m->nvert; v++) {
         double l = v_len(dx[v]), limit = STEP_MAX * tr->edge;
-        if (!frozen || !frozen[v]) tr->unrest[v] = (float)(l / tr->edge);
+        if (!tr->frozen[v]) tr->unrest[v] = (float)(l / tr->edge);
         dx[v] = v_axpy(m->pos[v], l > limit ? limit / l : 1, dx[v]);
     }
-    remesh_move(r, dx, frozen);
+    remesh_move(r, dx, tr->frozen);
     mem_free(dx);
     mem_free(job.normal);
     mem_free(job.inverted);

@@ -1,4 +1,4 @@
-/* track.c: the method on one page: predict, alter, relax, audit and mend, refine. */
+/* track.c: the method on one page: predict, audit and mend, alter and relax, audit again, refine. */
 #include "topology/remake.h"
 #include "track/track_priv.h"
 
@@ -6,8 +6,8 @@
 #include <string.h>
 
 #define REST_RATIO 0.7      /* e_min 1 and e_max 2 keep edges between e-hat and 2 e-hat: their mean is about e-hat / 0.7 */
-#define REST_RATIO_MIN 0.6
-#define REST_RATIO_MAX 0.8
+#define REST_RATIO_MIN 0.62
+#define REST_RATIO_MAX 0.78
 #define FLIP_GAIN 0.15      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
@@ -15,7 +15,7 @@
 TrackSettings track_defaults(void)
 {
     return (TrackSettings){
-        .edge = 1.5, .edge_in_voxels = true, .e_min = 1, .e_max = 2, .eps_e = 0.1, .relax_steps = 2,
+        .edge = 1.5, .edge_in_voxels = true, .e_min = 1, .e_max = 2, .eps_e = 0.1, .relax_steps = 3,
         .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.1,
         .topology = TOPOLOGY_EXACT, .fps = 24,
     };
@@ -36,78 +36,67 @@ void track_close(Track *tr)
     if (!tr) return;
     mesh_free(&tr->mesh);
     mem_free(tr->unrest);
+    mem_free(tr->frozen);
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
     mem_free(tr);
 }
 
-/* --- the mesh's own book-keeping --------------------------------------------------------------------------------------- */
+/* --- columns beside the mesh's vertices --------------------------------------------------------------------------------- */
 
-static void compact(Track *tr)
+/* Vertices from `from` on are new: not at rest, not frozen. */
+static void add_columns(Track *tr, int from)
+{
+    int n = tr->mesh.nvert;
+    if (n > tr->capcolumn) {
+        tr->capcolumn = int_max(n, 2 * tr->capcolumn);
+        RESIZE(tr->unrest, tr->capcolumn);
+        RESIZE(tr->frozen, tr->capcolumn);
+    }
+    for (int v = from; v < n; v++) tr->unrest[v] = 1, tr->frozen[v] = 0;
+}
+
+static void move_columns(Track *tr, int n, const int32_t *to)
+{
+    for (int v = 0; v < n; v++)
+        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v], tr->frozen[to[v]] = tr->frozen[v];
+}
+
+static void compact(Track *tr, Remesh *r)
 {
     int n = tr->mesh.nvert;
     int32_t *to = NEW(int32_t, n);
-    mesh_compact(&tr->mesh, to);
-    for (int v = 0; v < n; v++)
-        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v];
+    if (r) remesh_compact(r, to);
+    else mesh_compact(&tr->mesh, to);
+    move_columns(tr, n, to);
     mem_free(to);
 }
 
-/* Vertices around changed edges are not at rest. */
+/* Ends of edges changed in this step are awake. */
 static void wake_changed(Track *tr, int first_new)
 {
     const Mesh *m = &tr->mesh;
-    track_set_unrest(tr, 1, first_new);
+    add_columns(tr, first_new);
     for (int h = 0; h < 3 * m->ntri; h++)
-        if (!tri_is_dead(m, h / 3) && m->flag[h] & EDGE_FLAGGED) tr->unrest[he_from(m, h)] = 1;
+        if (!tri_is_dead(m, h / 3) && m->flag[h] & EDGE_FLAGGED) tr->unrest[he_from(m, h)] = 1, tr->frozen[he_from(m, h)] = 0;
+}
+
+/* Frozen: at rest, under a field that did not move it, and so are its neighbours. */
+static void freeze(Track *tr, const Vec3 *was, FrameStat *stat)
+{
+    const Mesh *m = &tr->mesh;
+    uint8_t *still = NEW(uint8_t, m->nvert);
+    double limit = STILL_VOX * tr->field->voxel;
+    for (int v = 0; v < m->nvert; v++) still[v] = tr->unrest[v] < STILL_UNREST && v_len2(v_sub(m->pos[v], was[v])) < limit * limit;
+    memcpy(tr->frozen, still, (size_t)m->nvert);
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!still[he_to(m, h)]) tr->frozen[he_from(m, h)] = 0;
+    for (int v = 0; v < m->nvert; v++) stat->frozen_vertices += tr->frozen[v];
+    mem_free(still);
 }
 
 /* --- steps ---------------------------------------------------------------------------------------------------------------- */
-
-/* Frozen: at rest, under a field that did not move it, and so are its neighbours. */
-static uint8_t *find_frozen(const Track *tr, const Vec3 *was, FrameStat *stat)
-{
-    const Mesh *m = &tr->mesh;
-    uint8_t *still = NEW(uint8_t, m->nvert), *frozen = NEW(uint8_t, m->nvert);
-    double limit = STILL_VOX * tr->field->voxel;
-    for (int v = 0; v < m->nvert; v++) still[v] = tr->unrest[v] < STILL_UNREST && v_len2(v_sub(m->pos[v], was[v])) < limit * limit;
-    memcpy(frozen, still, (size_t)m->nvert);
-    for (int h = 0; h < 3 * m->ntri; h++)
-        if (!still[he_to(m, h)]) frozen[he_from(m, h)] = 0;
-    for (int v = 0; v < m->nvert; v++) stat->frozen_vertices += frozen[v];
-    mem_free(still);
-    return frozen;
-}
-
-static void predict(Track *tr, Vec3 *was, FrameStat *stat)
-{
-    Mesh *m = &tr->mesh;
-    memcpy(was, m->pos, (size_t)m->nvert * sizeof *was);
-    stat->projections_lost = track_predict(tr, m->nvert, m->pos, NULL, &stat->predict_substeps);
-    /* what the surface did not move stays to the bit */
-    double limit = STILL_VOX * tr->field->voxel;
-    for (int v = 0; v < m->nvert; v++)
-        if (v_len2(v_sub(m->pos[v], was[v])) < limit * limit) m->pos[v] = was[v];
-}
-
-static void alter(Track *tr, Remesh *r, FrameStat *stat)
-{
-    AlterRules rules = {tr->rest_ratio * tr->edge, tr->set.e_min, tr->set.e_max, tr->set.eps_e};
-    int n = tr->mesh.nvert;
-    RemeshStat s = remesh_alter(r, &rules);
-    stat->splits += s.splits;
-    stat->collapses += s.collapses;
-    stat->flips += remesh_flip(r, FLIP_GAIN);
-    wake_changed(tr, n);
-    /* the kernels below want dense columns */
-    n = tr->mesh.nvert;
-    int32_t *to = NEW(int32_t, n);
-    remesh_compact(r, to);
-    for (int v = 0; v < n; v++)
-        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v];
-    mem_free(to);
-}
 
 /* The component of the isosurface that each vertex belongs to; the caller frees it. */
 static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
@@ -120,42 +109,35 @@ static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
     return home;
 }
 
-/* Follows last frame's mesh to this frame's surface. */
-static void follow(Track *tr, const IsoSurface *iso, FrameStat *stat)
+static void begin_edits(Track *tr, const IsoSurface *iso, Remesh *r)
 {
-    double t0 = track_clock();
-    Mesh *m = &tr->mesh;
-    Remesh r;
-    Vec3 *was = NEW(Vec3, m->nvert);
-    predict(tr, was, stat);
-    uint8_t *frozen = find_frozen(tr, was, stat);
-    bool all_frozen = stat->frozen_vertices == m->nvert;
-    mem_free(was);
-    double t1 = track_clock();
-    stat->seconds.predict += t1 - t0;
-    if (!all_frozen) {
-        int32_t *home = find_homes(tr, iso);
-        remesh_begin(&r, m, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
-        mem_free(home);
-        remesh_rehome(&r);
-        for (int k = 0; k < tr->set.relax_steps; k++) {
-            t0 = track_clock();
-            int before = stat->splits + stat->collapses + stat->flips;
-            alter(tr, &r, stat);
-            stat->seconds.alter += track_clock() - t0;
-            t0 = track_clock();
-            /* edits renumber: then everything is relaxed, and what is at rest does not move far */
-            bool same = stat->splits + stat->collapses + stat->flips == before;
-            track_relax(tr, &r, same && k == 0 ? frozen : NULL, stat);
-            remesh_remember_lengths(m);
-            stat->seconds.relax += track_clock() - t0;
-        }
-        remesh_end(&r);
-    }
-    mem_free(frozen);
+    int32_t *home = find_homes(tr, iso);
+    remesh_begin(r, &tr->mesh, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
+    mem_free(home);
 }
 
-/* Drops what does not match the grid and makes it anew. */
+/* Last frame's mesh onto this frame's surface. */
+static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
+{
+    double t0 = track_clock(), limit = STILL_VOX * tr->field->voxel;
+    Mesh *m = &tr->mesh;
+    Vec3 *was = NEW(Vec3, m->nvert);
+    memcpy(was, m->pos, (size_t)m->nvert * sizeof *was);
+    stat->projections_lost = track_predict(tr, m->nvert, m->pos, NULL, &stat->predict_substeps);
+    for (int v = 0; v < m->nvert; v++) /* what the surface did not move stays to the bit */
+        if (v_len2(v_sub(m->pos[v], was[v])) < limit * limit) m->pos[v] = was[v];
+    freeze(tr, was, stat);
+    mem_free(was);
+    Remesh r;
+    begin_edits(tr, iso, &r);
+    remesh_rehome(&r);
+    wake_changed(tr, m->nvert);
+    compact(tr, &r);
+    remesh_end(&r);
+    stat->seconds.predict += track_clock() - t0;
+}
+
+/* Drops the components that do not match the grid and makes them anew. */
 static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, FrameStat *stat)
 {
     double t0 = track_clock();
@@ -170,10 +152,10 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     census_mark_remade(census, m, comp, mesh_bad);
     if (audit.wrong_mesh || audit.wrong_iso) {
         mesh_drop_components(m, comp, mesh_bad);
-        compact(tr);
+        compact(tr, NULL);
         int first = m->nvert;
-        RemakeStat s = remake_components(iso, iso_bad, tr->edge, m);
-        track_set_unrest(tr, 1, first);
+        RemakeStat s = remake_components(iso, iso_bad, tr->edge * tr->rest_ratio / REST_RATIO, m);
+        add_columns(tr, first);
         stat->remade_components += s.components;
         stat->remade_vertices += s.vertices;
         stat->raw_components += s.raw_components;
@@ -184,18 +166,45 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     stat->seconds.mend += track_clock() - t1;
 }
 
-static void heal_and_round(Track *tr, const IsoSurface *iso, FrameStat *stat)
+static void alter(Track *tr, Remesh *r, FrameStat *stat)
+{
+    double t0 = track_clock();
+    AlterRules rules = {tr->rest_ratio * tr->edge, tr->set.e_min, tr->set.e_max, tr->set.eps_e};
+    int n = tr->mesh.nvert;
+    RemeshStat s = remesh_alter(r, &rules);
+    stat->splits += s.splits;
+    stat->collapses += s.collapses;
+    stat->flips += remesh_flip(r, FLIP_GAIN);
+    wake_changed(tr, n);
+    compact(tr, r); /* the kernels want dense columns */
+    stat->seconds.alter += track_clock() - t0;
+}
+
+static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     Remesh r;
-    int32_t *home = find_homes(tr, iso);
-    remesh_begin(&r, m, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
-    mem_free(home);
-    int n = m->nvert;
+    int awake = 0;
+    for (int v = 0; v < m->nvert; v++) awake += !tr->frozen[v];
+    if (awake == 0) return;
+    begin_edits(tr, iso, &r);
+    for (int k = 0; k < tr->set.relax_steps; k++) {
+        alter(tr, &r, stat);
+        double t0 = track_clock();
+        track_relax(tr, &r, stat);
+        remesh_remember_lengths(m);
+        stat->seconds.relax += track_clock() - t0;
+    }
     stat->inverted_left = remesh_heal(&r, &stat->inverted_found);
-    wake_changed(tr, n);
+    wake_changed(tr, m->nvert);
+    compact(tr, &r);
     remesh_end(&r);
-    compact(tr);
+}
+
+/* What is written is what the next frame starts from. */
+static void round_positions(Track *tr)
+{
+    Mesh *m = &tr->mesh;
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
     remesh_remember_lengths(m);
 }
@@ -266,9 +275,12 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     stat->audit_components = iso.ncomp;
     for (int k = 0; k < iso.ncomp; k++) stat->audit_euler += iso.comp_euler[k];
     stat->seconds.audit += track_clock() - t0;
-    if (tr->mesh.ntri) follow(tr, &iso, stat);
-    if (tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0) audit_and_mend(tr, &iso, &census, stat);
-    heal_and_round(tr, &iso, stat);
+    bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
+    if (tr->mesh.ntri) predict(tr, &iso, stat);
+    if (mend) audit_and_mend(tr, &iso, &census, stat);
+    alter_and_relax(tr, &iso, stat);
+    if (mend) audit_and_mend(tr, &iso, &census, stat); /* what relaxing may have spoilt */
+    round_positions(tr);
     refine(tr, &iso, stat);
     t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &iso);

@@ -1,6 +1,6 @@
 /* track.h: the method: a surface followed through a sequence of fields by two meshes.
  *
- * track_frame is one frame of DESIGN's line  predict -> alter -> relax -> refine -> audit <-> mend -> refine:
+ * track_frame is one frame of the line  predict -> audit and mend -> alter and relax -> audit and mend -> refine:
  * afterwards the mechanical and the geometric mesh of the frame can be taken as TriMesh (what is written is
  * what was audited: positions are rounded to float32 inside). Everything here is deterministic in the fields,
  * settings and thread-count-independent. */

@@ -11,7 +11,8 @@ struct Track {
     double rest_ratio;      /* e-hat / edge, adapted so that the mean edge is the one asked */
     Mesh mesh;              /* mechanical */
     float *unrest;          /* [mesh.nvert] how far the last step's forces wanted the vertex to go, in edges; 1: not known */
-    int capunrest;
+    uint8_t *frozen;        /* [mesh.nvert] 1: at rest under a field at rest: costs nothing in this frame */
+    int capcolumn;
     Mechanics mech;
     Refine refine;
     RefinedMesh fine;       /* geometric */
@@ -30,9 +31,8 @@ int track_predict(const Track *tr, int n, Vec3 *p, uint8_t *status, int *substep
 
 /* --- relax.c -------------------------------------------------------------------------------------------------------- */
 
-/* One quasi-static step of the mechanical mesh, guarded and landed (GI'07 2.2 to 2.6). `frozen` may be NULL. */
-void track_relax(Track *tr, Remesh *r, const uint8_t *frozen, FrameStat *stat);
-void track_set_unrest(Track *tr, float value, int from); /* vertices from ... nvert-1 */
+/* One quasi-static step of the mechanical mesh, guarded and landed (GI'07 2.2 to 2.6). */
+void track_relax(Track *tr, Remesh *r, FrameStat *stat);
 
 /* --- census.c: which identities survive ---------------------------------------------------------------------------- */
 
