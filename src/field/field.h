@@ -66,6 +66,10 @@ int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 /* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
+/* The first point of the trilinear surface on the way from *p along the unit vector `dir`, at most `reach` away: steps of a
+ * quarter voxel, then a bracketed root. False, and p as it was, where there is none. */
+bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach);
+
 /* GI'07 2.6: a triangle is inverted when n . grad F > 0 at all three corners, n its normal. The slope of F along n
  * is measured over +-0.1 voxel of the trilinear field: right in sheets thinner than the smooth gradient sees. */
 bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c);

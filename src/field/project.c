@@ -7,6 +7,7 @@
 
 enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 #define STEP_MAX_VOX 0.5      /* a Newton step's length: longer ones jump over thin sheets */
+#define CAST_STEP_VOX 0.25
 #define OVERSHOOT 1.001       /* lets a step that would end just short of the surface bracket it */
 #define ROOT_WIDTH_VOX 1e-9   /* the bracket a root is left with */
 
@@ -74,6 +75,23 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
         if (v_len2(v_sub(q, *p)) > reach * reach) return LANDING_LOST;
     }
     return LANDING_LOST;
+}
+
+bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
+{
+    const Blend one = {f, NULL, 0};
+    const double step = CAST_STEP_VOX * f->voxel;
+    bool known;
+    Vec3 q = *p;
+    double F = blend_value(&one, q, &known);
+    for (double way = 0; known && way < reach; way += step) {
+        Vec3 next = v_axpy(q, real_min(step, reach - way), dir);
+        double Fn = blend_value(&one, next, &known);
+        if (known && (Fn > 0) != (F > 0)) return *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel), true;
+        q = next;
+        F = Fn;
+    }
+    return false;
 }
 
 typedef struct Job {

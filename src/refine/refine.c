@@ -10,7 +10,7 @@
 #define ANGLE_SHORTEST_VOX 0.9 /* edges below this are not cut for their normals' sake: the samples hold no finer detail, */
 #define DEVIATION_SHORTEST_VOX 0.4 /* nor below this for the distance's */
 #define LAND_REACH 1.0        /* a midpoint lands at most this far away, in lengths of its edge */
-#define FACING_MIN 0.2        /* mean cosine of a piece's normal to the surface's; a triangle is not cut into less */
+#define FACING_MIN 0.1        /* mean cosine of a piece's normal to the surface's; a triangle is not cut into less */
 #define QUALITY_MIN 0.03      /* |2 area| / (sum of squared edges) of a piece; 0.29 is equilateral */
 #define ENDS_APART 0.2        /* a midpoint lands no nearer to its edge's ends than this share of the edge */
 
@@ -211,26 +211,41 @@ static bool is_home(const Pass *p, int v, Vec3 q)
     return home == NONE || p->homes->is_home(p->homes->ctx, home, q);
 }
 
+/* Is q a fit place for the midpoint of edge e? */
+static bool accept_landing(Pass *p, int e, Vec3 q)
+{
+    const RefinedMesh *m = p->m;
+    int a = p->ends[e][0], b = p->ends[e][1];
+    double apart = ENDS_APART * v_dist(m->pos[a], m->pos[b]);
+    Vec3 n;
+    q = v_round32(q);
+    if (real_min(v_dist(q, m->pos[a]), v_dist(q, m->pos[b])) < apart) return false;
+    field_normals(p->field, 1, &q, &n);
+    if (v_dot(n, v_add(m->normal[a], m->normal[b])) <= 0 || !is_home(p, a, q)) return false; /* another sheet */
+    p->mid_pos[e] = q;
+    p->mid_normal[e] = n;
+    return true;
+}
+
+/* Newton's landing; where that goes astray, straight along the ends' mean normal. */
+static bool land_midpoint(Pass *p, int e)
+{
+    const RefinedMesh *m = p->m;
+    int a = p->ends[e][0], b = p->ends[e][1];
+    Vec3 mid = v_mid(m->pos[a], m->pos[b]), q = mid, n = v_unit(v_add(m->normal[a], m->normal[b]));
+    double reach = LAND_REACH * v_dist(m->pos[a], m->pos[b]);
+    if (field_project(p->field, 1, &q, reach, NULL) == 0 && accept_landing(p, e, q)) return true;
+    q = mid;
+    bool inside = field_value(p->field, mid, NULL, NULL) > 0;
+    return field_cast(p->field, &q, inside ? n : v_scale(n, -1), reach) && accept_landing(p, e, q);
+}
+
 /* Marks whose midpoint finds no surface, another component's, or another sheet are taken back. */
 static void land_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
-    const RefinedMesh *m = p->m;
-    for (int e = begin; e < end; e++) {
-        if (!p->marked[e]) continue;
-        int a = p->ends[e][0], b = p->ends[e][1];
-        Vec3 q = v_mid(m->pos[a], m->pos[b]), n;
-        p->marked[e] = 0;
-        if (field_project(p->field, 1, &q, LAND_REACH * v_dist(m->pos[a], m->pos[b]), NULL) != 0) continue;
-        q = v_round32(q);
-        field_normals(p->field, 1, &q, &n);
-        double apart = ENDS_APART * v_dist(m->pos[a], m->pos[b]);
-        if (real_min(v_dist(q, m->pos[a]), v_dist(q, m->pos[b])) < apart) continue;
-        if (v_dot(n, v_add(m->normal[a], m->normal[b])) <= 0 || !is_home(p, a, q)) continue;
-        p->marked[e] = 1;
-        p->mid_pos[e] = q;
-        p->mid_normal[e] = n;
-    }
+    for (int e = begin; e < end; e++)
+        if (p->marked[e]) p->marked[e] = land_midpoint(p, e);
 }
 
 /* --- patterns ------------------------------------------------------------------------------------------------------------ */

@@ -1,8 +1,9 @@
 /* alter.c: GI'07 2.5, and the coarsening of marching cubes' triangles. */
 #include "remesh/remesh_priv.h"
 
-#define DROPLET_VERTICES 40   /* components of fewer vertices keep theirs: */
-#define DROPLET_COLLAPSE 0.35 /* they are collapsed only below this share of e_min e-hat */
+#define DROPLET_VERTICES 40   /* components of fewer vertices keep theirs; their edges collapse only */
+#define DROPLET_COLLAPSE 0.35 /* below this share of e_min e-hat, */
+#define SPECK_VERTICES 24     /* and with fewer than this not at all */
 
 /* --- the paper's alteration -------------------------------------------------------------------------------------- */
 
@@ -36,7 +37,7 @@ static int alter_split(Remesh *r, const AlterRules *rules)
     return splits;
 }
 
-/* Vertices that have none to spare: of components of fewer than DROPLET_VERTICES. The caller frees it. */
+/* 1 for vertices of components of fewer than DROPLET_VERTICES, 2 of fewer than SPECK_VERTICES. The caller frees it. */
 static uint8_t *find_droplets(const Remesh *r)
 {
     const Mesh *m = r->mesh;
@@ -46,7 +47,7 @@ static uint8_t *find_droplets(const Remesh *r)
     uint8_t *droplet = NEW0(uint8_t, m->nvert);
     for (int v = 0; v < m->nvert; v++)
         if (comp[v] != NONE) count[comp[v]]++;
-    for (int v = 0; v < m->nvert; v++) droplet[v] = comp[v] != NONE && count[comp[v]] < DROPLET_VERTICES;
+    for (int v = 0; v < m->nvert; v++) droplet[v] = (uint8_t)(comp[v] == NONE ? 0 : (count[comp[v]] < DROPLET_VERTICES) + (count[comp[v]] < SPECK_VERTICES));
     mem_free(comp);
     mem_free(count);
     return droplet;
@@ -60,11 +61,11 @@ static int alter_collapse(Remesh *r, const AlterRules *rules)
     uint8_t *droplet = find_droplets(r);
     for (int i = 0; i < n; i++) {
         int h = edge[i];
-        if (tri_is_dead(m, h / 3) || m->flag[h]) continue;
+        if (tri_is_dead(m, h / 3) || m->flag[h] || droplet[he_from(m, h)] == 2) continue;
         double limit = rules->e_min * rules->rest * (droplet[he_from(m, h)] ? DROPLET_COLLAPSE : 1);
         if (mesh_edge_length(m, h) >= limit) continue;
         if (change_of(m, h) >= rules->eps * rules->rest) continue; /* it has been stretching */
-        collapses += remesh_try_collapse(r, h, EDGE_LONGEST * r->edge);
+        collapses += remesh_try_collapse(r, h, &LIMITS_EDIT);
     }
     mem_free(edge);
     mem_free(droplet);
@@ -83,9 +84,10 @@ RemeshStat remesh_alter(Remesh *r, const AlterRules *rules)
 /* --- coarsening -------------------------------------------------------------------------------------------------- */
 
 #define COARSEN_SHORT 0.72 /* edges below this are collapsed, */
+#define COARSEN_TIDY 0.55  /* edges below this are collapsed even where that costs some distance, */
 #define COARSEN_LONG 1.4   /* edges above this are split, in edges wanted: the mean comes out at 1 */
 
-static int collapse_below(Remesh *r, double limit)
+static int collapse_below(Remesh *r, double limit, const Limits *limits)
 {
     Mesh *m = r->mesh;
     int32_t *edge;
@@ -95,7 +97,7 @@ static int collapse_below(Remesh *r, double limit)
         int h = edge[i];
         if (tri_is_dead(m, h / 3) || mesh_edge_length(m, h) >= limit) continue;
         int a = he_from(m, h), b = he_to(m, h);
-        if (!remesh_try_collapse(r, h, EDGE_LONGEST * r->edge)) continue;
+        if (!remesh_try_collapse(r, h, limits)) continue;
         moved[vert_is_dead(m, a) ? b : a] = 1;
         collapses++;
     }
@@ -127,15 +129,17 @@ RemeshStat remesh_coarsen(Remesh *r)
     static const double LIMIT[] = {0.25, 0.4, 0.55, COARSEN_SHORT};
     RemeshStat stat = {0};
     for (int k = 0; k < 4; k++) {
-        stat.collapses += collapse_below(r, LIMIT[k] * r->edge);
+        stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }
     for (int k = 0; k < 3; k++) {
         remesh_smooth(r, 2);
         stat.splits += split_above(r, COARSEN_LONG * r->edge);
-        stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge);
+        stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }
+    stat.collapses += collapse_below(r, COARSEN_TIDY * r->edge, &LIMITS_TIDY);
+    stat.flips += remesh_flip_within(r, 0.05, &LIMITS_TIDY);
     remesh_smooth(r, 2);
     stat.flips += remesh_flip(r, 0.1);
     remesh_compact(r, NULL);

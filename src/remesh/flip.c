@@ -15,17 +15,19 @@ static void compare_diagonals(const Remesh *r, int h, Fitness *now, Fitness *the
 }
 
 /* Does the other diagonal keep the two triangles as close to the surface? */
-static bool stays_close(const Remesh *r, int h)
+static bool stays_close(const Remesh *r, int h, const Limits *limits)
 {
     const Mesh *m = r->mesh;
     int g = m->opp[h];
     Vec3 a = m->pos[he_from(m, h)], b = m->pos[he_to(m, h)], c = m->pos[m->corner[he_prev(h)]], d = m->pos[m->corner[he_prev(g)]];
     double then = real_max(triangle_deviation(r->field, (Vec3[3]){d, c, a}), triangle_deviation(r->field, (Vec3[3]){c, d, b}));
-    if (then <= DEVIATION_MAX_VOX) return true;
+    if (then <= limits->deviation_vox) return true;
     return then <= real_max(triangle_deviation(r->field, (Vec3[3]){a, b, c}), triangle_deviation(r->field, (Vec3[3]){b, a, d}));
 }
 
-int remesh_flip(Remesh *r, double gain)
+int remesh_flip(Remesh *r, double gain) { return remesh_flip_within(r, gain, &LIMITS_EDIT); }
+
+int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
 {
     Mesh *m = r->mesh;
     int flips = 0;
@@ -34,8 +36,8 @@ int remesh_flip(Remesh *r, double gain)
         Fitness now, then;
         double length;
         compare_diagonals(r, h, &now, &then, &length);
-        if (then.quality < now.quality + gain || length > EDGE_LONGEST * r->edge) continue;
-        if (then.facing < real_min(FACING_MIN, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h)) continue;
+        if (then.quality < now.quality + gain || length > limits->longest * r->edge) continue;
+        if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) continue;
         mesh_flip_edge(m, h);
         flips++;
     }

@@ -99,7 +99,12 @@ static bool heal_by_move(Remesh *r, int t)
     return false;
 }
 
-int remesh_heal(Remesh *r, int *found)
+static bool is_frozen(const Mesh *m, int t, const uint8_t *frozen)
+{
+    return frozen && frozen[m->corner[3 * t]] && frozen[m->corner[3 * t + 1]] && frozen[m->corner[3 * t + 2]];
+}
+
+int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 {
     Mesh *m = r->mesh;
     int left = 0;
@@ -108,6 +113,7 @@ int remesh_heal(Remesh *r, int *found)
         for (int t = 0; t < m->ntri; t++) {
             if (tri_is_dead(m, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
             seen++;
+            if (is_frozen(m, t, frozen)) continue;
             healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);
         }
         if (round == 0) *found = seen;

@@ -47,11 +47,11 @@ static bool is_harmed(const MoveJob *job, int t)
     corners_of(r->mesh, t, r->normal, n);
     Fitness after = triangle_fitness(p, n);
     double far = triangle_deviation(r->field, p);
-    if (fitness_allows(fitness_best(), after, FACING_MOVE_MIN, QUALITY_MOVE_MIN) && far <= DEVIATION_MAX_VOX) return false;
+    if (fitness_allows(fitness_best(), after, &LIMITS_MOVE) && far <= LIMITS_MOVE.deviation_vox) return false;
     corners_of(r->mesh, t, job->old_pos, old_p);
     corners_of(r->mesh, t, job->old_normal, old_n);
-    if (!fitness_allows(triangle_fitness(old_p, old_n), after, FACING_MOVE_MIN, QUALITY_MOVE_MIN)) return true;
-    return far > DEVIATION_MAX_VOX && far > triangle_deviation(r->field, old_p);
+    if (!fitness_allows(triangle_fitness(old_p, old_n), after, &LIMITS_MOVE)) return true;
+    return far > LIMITS_MOVE.deviation_vox && far > triangle_deviation(r->field, old_p);
 }
 
 static void judge_block(void *ctx, int begin, int end)

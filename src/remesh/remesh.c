@@ -208,10 +208,11 @@ static void ring_fitness(const Remesh *r, int v, int w, Fitness *worst)
     }
 }
 
-/* The same ring with v at p, normal n: no worse than the limits or than before, no edge longer than `longest` that grows. */
-static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness before, double longest, double *longest2)
+/* The same ring with v at p, normal n: no worse than the limits or than before, no overlong edge that grows. */
+static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness before, const Limits *limits, double *longest2)
 {
     const Mesh *m = r->mesh;
+    double longest = limits->longest * r->edge;
     int h = m->out[v];
     do {
         int b = he_to(m, h);
@@ -224,7 +225,7 @@ static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness b
     h = NONE;
     while (next_spoke(m, v, w, &h, c)) {
         Fitness after = triangle_fitness((Vec3[3]){p, m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){n, r->normal[c[1]], r->normal[c[2]]});
-        if (!fitness_allows(before, after, FACING_MIN, QUALITY_MIN)) return false;
+        if (!fitness_allows(before, after, limits)) return false;
         if (is_last_spoke(m, v, h)) break;
     }
     return true;
@@ -243,24 +244,23 @@ static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
 }
 
 /* Does a collapse of a and b at p keep the triangles where they are, on the surface? */
-static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2)
+static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, const Limits *limits)
 {
     const Mesh *m = r->mesh;
     double voxel = DEVIATION_EDGE_VOX * r->field->voxel;
     if (longest2 < voxel * voxel) return true;
     double after = real_max(ring_deviation(r, a, b, p), ring_deviation(r, b, a, p));
-    if (after <= DEVIATION_MAX_VOX) return true;
+    if (after <= limits->deviation_vox) return true;
     return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
 }
 
 bool remesh_can_collapse(const Mesh *m, int h)
 {
     int c = m->corner[he_prev(h)], d = m->corner[he_prev(m->opp[h])];
-    if (mesh_valence(m, c) <= 4 || mesh_valence(m, d) <= 4) return false;
-    return mesh_valence(m, he_from(m, h)) + mesh_valence(m, he_to(m, h)) >= 8 && mesh_can_collapse(m, h);
+    return (mesh_valence(m, c) > 4 || mesh_valence(m, d) > 4) && mesh_can_collapse(m, h);
 }
 
-bool remesh_try_collapse(Remesh *r, int h, double longest)
+bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
 {
     Mesh *m = r->mesh;
     if (!remesh_can_collapse(m, h)) return false;
@@ -276,8 +276,8 @@ bool remesh_try_collapse(Remesh *r, int h, double longest)
     ring_fitness(r, b, a, &before);
     for (int k = 0; k < 3; k++) {
         double longest2 = 0;
-        if (!ring_allows(r, a, b, place[k], normal[k], before, longest, &longest2) || !ring_allows(r, b, a, place[k], normal[k], before, longest, &longest2)) continue;
-        if (!stays_close(r, a, b, place[k], longest2)) continue;
+        if (!ring_allows(r, a, b, place[k], normal[k], before, limits, &longest2) || !ring_allows(r, b, a, place[k], normal[k], before, limits, &longest2)) continue;
+        if (!stays_close(r, a, b, place[k], longest2, limits)) continue;
         mesh_collapse_edge(m, h, place[k]);
         r->normal[a] = normal[k];
         return true;

@@ -54,9 +54,9 @@ void remesh_smooth(Remesh *r, int steps);
 /* Marching cubes' small triangles brought to the wanted edge length. Leaves the mesh compact, without flags. */
 RemeshStat remesh_coarsen(Remesh *r);
 
-/* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible. found: how many there were. Returns how
- * many are left. */
-int remesh_heal(Remesh *r, int *found);
+/* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible, but for those whose corners are all frozen
+ * (may be NULL). found: how many there were. Returns how many are left. */
+int remesh_heal(Remesh *r, const uint8_t *frozen, int *found);
 
 /* Vertices that are on no surface, or not on their own component's, moved beside a neighbour or collapsed into one.
  * Without homes nothing is known and nothing done. Returns how many are left astray. */

@@ -4,14 +4,20 @@
 
 /* --- limits: all dimensionless ---------------------------------------------------------------------------------- */
 
-#define FACING_MIN 0.7       /* mean cosine of a triangle's normal to its corners' field normals; an octahedron in a ball has 0.58 */
-#define FACING_MOVE_MIN 0.3  /* the same where vertices move: laxer, or tight places would freeze */
-#define QUALITY_MIN 0.25     /* an edit leaves no triangle of less quality, unless one was worse before */
-#define QUALITY_MOVE_MIN 0.1
-#define DEVIATION_MAX_VOX 0.25 /* no edit leaves a triangle's centroid farther from the surface, unless one was before */
+/* What an edit may leave behind, unless it was worse before. */
+typedef struct Limits {
+    double facing;        /* mean cosine of a triangle's normal to its corners' field normals; an octahedron in a ball has 0.58 */
+    double quality;       /* of a triangle, 1 is equilateral */
+    double deviation_vox; /* of a triangle's centroid from the surface */
+    double longest;       /* no edge grows beyond this, in edges wanted */
+} Limits;
+
+static const Limits LIMITS_EDIT = {0.6, 0.3, 0.28, 1.45};
+static const Limits LIMITS_MOVE = {0.3, 0.15, 0.4, 0};     /* laxer, or tight places would freeze */
+static const Limits LIMITS_TIDY = {0.2, 0.3, 0.75, 1.7};   /* to be rid of very short edges and needles */
+
 #define DEVIATION_FAR_VOX 2.0     /* farther is not measured: where the gradient vanishes the estimate is worth nothing */
 #define DEVIATION_EDGE_VOX 1.0    /* triangles of shorter edges cannot deviate, and are not looked at */
-#define EDGE_LONGEST 1.45    /* a collapse or flip makes no edge longer than this, in edges wanted */
 
 enum { EDGE_LOCKED = 2 };    /* flagged by the step before */
 
@@ -24,9 +30,9 @@ typedef struct Fitness {
 static inline Fitness fitness_best(void) { return (Fitness){1, 1}; }
 Fitness triangle_fitness(const Vec3 p[3], const Vec3 n[3]);
 void fitness_worsen(Fitness *f, Fitness by);
-static inline bool fitness_allows(Fitness before, Fitness after, double facing, double quality)
+static inline bool fitness_allows(Fitness before, Fitness after, const Limits *limits)
 {
-    return after.facing >= real_min(facing, before.facing) && after.quality >= real_min(quality, before.quality);
+    return after.facing >= real_min(limits->facing, before.facing) && after.quality >= real_min(limits->quality, before.quality);
 }
 /* How far a triangle's centroid is from the surface, to first order, in voxels; at most DEVIATION_FAR_VOX. */
 double triangle_deviation(const Field *f, const Vec3 p[3]);
@@ -38,11 +44,12 @@ bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);
-/* The link condition, and valence four is the least: a component ends as an octahedron, not as a tetrahedron whose faces
- * look every way. */
+/* The link condition, and the vertices across the edge must not both come down to valence three: a component ends as an
+ * octahedron, not as a tetrahedron whose faces look every way. */
 bool remesh_can_collapse(const Mesh *m, int h);
 /* Collapses at the midpoint or at either end, whichever the guards allow first; the older identity stays. False: none is allowed. */
-bool remesh_try_collapse(Remesh *r, int h, double longest);
+bool remesh_try_collapse(Remesh *r, int h, const Limits *limits);
+int remesh_flip_within(Remesh *r, double gain, const Limits *limits);
 /* Live edges, one half-edge each, sorted by length (ascending or descending, ties by index), of those between lo and hi. */
 int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, int32_t **edges);
 /* Lands all vertices that `moved` marks (NULL: all) and renews their normals; those lost stay. */

@@ -1,6 +1,7 @@
 #include "topology/audit.h"
 
 #include "base/thread.h"
+#include "topology/speck.h"
 
 #include <string.h>
 
@@ -170,7 +171,19 @@ static int count_strayed(const AuditMesh *mesh, const LocateJob *at, const int32
     return strayed;
 }
 
-AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, uint8_t *mesh_bad, uint8_t *iso_bad)
+static int count_degenerate(const AuditMesh *mesh, uint8_t *mesh_bad)
+{
+    int n = 0;
+    for (int t = 0; t < mesh->ntri; t++) {
+        const int32_t *c = mesh->tri + 3 * t;
+        if (v_len2(v_area2(mesh->pos[c[0]], mesh->pos[c[1]], mesh->pos[c[2]])) > 0) continue;
+        mesh_bad[mesh->tri_comp[t]] = 1;
+        n++;
+    }
+    return n;
+}
+
+AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, uint8_t *mesh_bad, uint8_t *iso_bad, int32_t *partner_out)
 {
     AuditStat stat = {0};
     int32_t *partner = NEW(int32_t, mesh->ncomp), *euler = NEW(int32_t, mesh->ncomp);
@@ -184,6 +197,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, u
     Size *size = mem_alloc((size_t)mesh->ncomp, sizeof *size);
     measure_sizes(iso, mesh, size);
     stat.strayed = count_strayed(mesh, &at, partner, rules & AUDIT_STRAYS ? mesh_bad : NULL);
+    if (rules & AUDIT_STRAYS) stat.degenerate = count_degenerate(mesh, mesh_bad);
     if (rules & AUDIT_COVERAGE) stat.uncovered_cells = count_uncovered(iso, mesh, uncovered);
     for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
     for (int c = 0; c < mesh->ncomp; c++) {
@@ -193,7 +207,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, u
             continue;
         }
         if (euler[c] != iso->comp_euler[k]) mesh_bad[c] = 1, stat.euler_errors++;
-        if (!is_like(&size[c], iso->comp_volume[k], iso->comp_box[k])) mesh_bad[c] = 1, stat.size_errors++;
+        if (!speck_is(iso, k) && !is_like(&size[c], iso->comp_volume[k], iso->comp_box[k])) mesh_bad[c] = 1, stat.size_errors++;
         if (uncovered[k] > UNCOVERED_CELLS_MAX && uncovered[k] > UNCOVERED_SHARE_MAX * iso->comp_loops[k]) mesh_bad[c] = 1;
         if (taken[k] != NONE) mesh_bad[c] = mesh_bad[taken[k]] = 1; /* two on one: neither is trusted */
         else taken[k] = c;
@@ -203,6 +217,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, u
         stat.wrong_iso += iso_bad[k];
     }
     for (int c = 0; c < mesh->ncomp; c++) stat.wrong_mesh += mesh_bad[c];
+    if (partner_out) memcpy(partner_out, partner, (size_t)mesh->ncomp * sizeof *partner);
     mem_free(partner);
     mem_free(euler);
     mem_free(taken);

@@ -1,8 +1,8 @@
 #include "topology/remake.h"
 
 #include "remesh/remesh.h"
+#include "topology/speck.h"
 
-#define SPECK_VOX 1.0
 
 /* Coarse components that do not sit on their surface any more; sets `again` for them and drops them from the mesh. */
 static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uint8_t *again)
@@ -11,7 +11,7 @@ static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uin
     int n = mesh_components(m, comp, NULL), strayed = 0;
     uint8_t *bad = NEW(uint8_t, n);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    audit_match(iso, &a, AUDIT_STRAYS, bad, again);
+    audit_match(iso, &a, AUDIT_STRAYS, bad, again, NULL);
     for (int k = 0; k < iso->ncomp; k++) strayed += again[k] = again[k] && want[k];
     if (strayed) {
         mesh_drop_components(m, comp, bad);
@@ -20,13 +20,6 @@ static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uin
     mem_free(comp);
     mem_free(bad);
     return strayed;
-}
-
-/* Under a voxel in extent: the reference as it is has few triangles, and nothing in the samples to be moved by. */
-static bool is_speck(const IsoSurface *iso, int k)
-{
-    Vec3 d = v_sub(iso->comp_box[k][1], iso->comp_box[k][0]);
-    return d.x < SPECK_VOX && d.y < SPECK_VOX && d.z < SPECK_VOX;
 }
 
 static void append_reference(const IsoSurface *iso, const uint8_t *want, Mesh *mesh)
@@ -50,7 +43,7 @@ static int append_coarse(const IsoSurface *iso, const uint8_t *want, double edge
     remesh_begin(&r, &fresh, iso->field, edge, &(Homes){iso_is_home, iso, home});
     mem_free(home);
     remesh_coarsen(&r);
-    remesh_heal(&r, &found);
+    remesh_heal(&r, NULL, &found);
     remesh_rehome(&r);
     remesh_end(&r);
     mesh_compact(&fresh, NULL);
@@ -64,20 +57,20 @@ RemakeStat remake_components(const IsoSurface *iso, const uint8_t *want, double 
 {
     RemakeStat stat = {0};
     int before = mesh->nvert - mesh->deadvert, specks = 0;
-    uint8_t *coarse = NEW0(uint8_t, iso->ncomp), *plain = NEW0(uint8_t, iso->ncomp);
+    uint8_t *coarse = NEW0(uint8_t, iso->ncomp), *speck = NEW0(uint8_t, iso->ncomp), *again = NEW0(uint8_t, iso->ncomp);
     for (int k = 0; k < iso->ncomp; k++) {
         if (!want[k]) continue;
         stat.components++;
-        *(is_speck(iso, k) ? &plain[k] : &coarse[k]) = 1;
-        specks += plain[k];
+        *(speck_is(iso, k) ? &speck[k] : &coarse[k]) = 1;
+        specks += speck[k];
     }
-    uint8_t *again = NEW0(uint8_t, iso->ncomp);
     if (stat.components > specks) stat.raw_components = append_coarse(iso, coarse, edge, mesh, again);
-    for (int k = 0; k < iso->ncomp; k++) plain[k] |= again[k];
-    if (specks + stat.raw_components) append_reference(iso, plain, mesh);
+    stat.first_plain = mesh->nvert;
+    if (specks) speck_append(iso, speck, mesh);
+    if (stat.raw_components) append_reference(iso, again, mesh);
     stat.vertices = mesh->nvert - mesh->deadvert - before;
     mem_free(coarse);
-    mem_free(plain);
+    mem_free(speck);
     mem_free(again);
     return stat;
 }

@@ -103,26 +103,39 @@ void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMes
     mem_free(vert_to);
 }
 
+typedef struct CarryJob {
+    const Track *tr;
+    const TriMesh *last;
+    const Vec3 *p;
+    const uint8_t *lost;
+    float *pos, *normal;
+} CarryJob;
+
+static void carry_block(void *ctx, int begin, int end)
+{
+    CarryJob *job = ctx;
+    for (int v = begin; v < end; v++) {
+        if (job->lost[v]) { /* held where it was */
+            memcpy(job->pos + 3 * v, job->last->pos + 3 * v, 3 * sizeof(float));
+            memcpy(job->normal + 3 * v, job->last->normal + 3 * v, 3 * sizeof(float));
+            continue;
+        }
+        Vec3 n;
+        field_normals(job->tr->field, 1, &job->p[v], &n);
+        put3(job->pos + 3 * v, job->p[v]);
+        put3(job->normal + 3 * v, n);
+    }
+}
+
 void track_carry(const Track *tr, const TriMesh *last, float *pos, float *normal)
 {
-    Vec3 *p = NEW(Vec3, last->nvert), *n = NEW(Vec3, last->nvert);
+    Vec3 *p = NEW(Vec3, last->nvert);
     uint8_t *lost = NEW0(uint8_t, last->nvert);
     int substeps;
     for (int v = 0; v < last->nvert; v++) p[v] = vec3(last->pos[3 * v], last->pos[3 * v + 1], last->pos[3 * v + 2]);
     if (tr->field->nbrick) track_predict(tr, last->nvert, p, lost, &substeps);
     else memset(lost, 1, (size_t)last->nvert);
-    for (int v = 0; v < last->nvert; v++) {
-        const float *was = last->pos + 3 * v, *facing = last->normal + 3 * v;
-        if (lost[v]) {
-            p[v] = vec3(was[0], was[1], was[2]);
-            n[v] = vec3(facing[0], facing[1], facing[2]);
-        } else {
-            field_normals(tr->field, 1, &p[v], &n[v]);
-        }
-        put3(pos + 3 * v, p[v]);
-        put3(normal + 3 * v, n[v]);
-    }
+    parallel_for(last->nvert, GRAIN, carry_block, &(CarryJob){tr, last, p, lost, pos, normal});
     mem_free(p);
-    mem_free(n);
     mem_free(lost);
 }

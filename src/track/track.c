@@ -1,5 +1,6 @@
 /* track.c: the method on one page: predict, audit and mend, alter and relax, audit again, refine. */
 #include "topology/remake.h"
+#include "topology/speck.h"
 #include "track/track_priv.h"
 
 #include <math.h>
@@ -137,6 +138,27 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
     stat->seconds.predict += track_clock() - t0;
 }
 
+/* What is written is what the next frame starts from. */
+static void round_positions(Track *tr)
+{
+    Mesh *m = &tr->mesh;
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+}
+
+/* Specks are taken from the grid at every frame unless they did not move. Returns how many. */
+static int renew_specks(const Track *tr, const IsoSurface *iso, const int32_t *tri_comp, const int32_t *partner, uint8_t *mesh_bad, uint8_t *iso_bad)
+{
+    const Mesh *m = &tr->mesh;
+    int n = 0;
+    for (int t = 0; t < m->ntri; t++) {
+        int c = tri_comp[t], k = partner[c];
+        if (tr->frozen[m->corner[3 * t]] || mesh_bad[c] || k == NONE || !speck_is(iso, k)) continue;
+        mesh_bad[c] = iso_bad[k] = 1;
+        n++;
+    }
+    return n;
+}
+
 /* Drops the components that do not match the grid and makes them anew. */
 static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, FrameStat *stat)
 {
@@ -144,18 +166,22 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     Mesh *m = &tr->mesh;
     int32_t *comp = NEW(int32_t, m->ntri);
     int n = mesh_components(m, comp, NULL);
+    int32_t *partner = NEW(int32_t, n);
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS, mesh_bad, iso_bad);
+    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS, mesh_bad, iso_bad, partner);
+    __builtin_printf("AUDIT mesh %d iso %d stray %d euler %d degen %d size %d uncov %d\n",audit.wrong_mesh,audit.wrong_iso,audit.strayed,audit.euler_errors,audit.degenerate,audit.size_errors,audit.uncovered_cells);
+    int specks = renew_specks(tr, iso, comp, partner, mesh_bad, iso_bad);
     double t1 = track_clock();
     stat->seconds.audit += t1 - t0;
     census_mark_remade(census, m, comp, mesh_bad);
-    if (audit.wrong_mesh || audit.wrong_iso) {
+    if (audit.wrong_mesh + audit.wrong_iso + specks) {
         mesh_drop_components(m, comp, mesh_bad);
         compact(tr, NULL);
         int first = m->nvert;
         RemakeStat s = remake_components(iso, iso_bad, tr->edge * tr->rest_ratio / REST_RATIO, m);
         add_columns(tr, first);
+        for (int v = s.first_plain; v < m->nvert; v++) tr->frozen[v] = 1;
         stat->remade_components += s.components;
         stat->remade_vertices += s.vertices;
         stat->raw_components += s.raw_components;
@@ -163,6 +189,8 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     mem_free(comp);
     mem_free(mesh_bad);
     mem_free(iso_bad);
+    mem_free(partner);
+    round_positions(tr);
     stat->seconds.mend += track_clock() - t1;
 }
 
@@ -195,18 +223,11 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
         remesh_remember_lengths(m);
         stat->seconds.relax += track_clock() - t0;
     }
-    stat->inverted_left = remesh_heal(&r, &stat->inverted_found);
+    stat->inverted_left = remesh_heal(&r, tr->frozen, &stat->inverted_found);
+    remesh_rehome(&r);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
-}
-
-/* What is written is what the next frame starts from. */
-static void round_positions(Track *tr)
-{
-    Mesh *m = &tr->mesh;
-    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
-    remesh_remember_lengths(m);
 }
 
 static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
@@ -232,7 +253,7 @@ static int audit_geometric(const Track *tr, const IsoSurface *iso)
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     for (int t = 0; t < f->ntri; t++) comp[t] = mech_comp[f->parent[t]];
     AuditMesh a = {f->nvert, f->ntri, n, f->pos, f->tri, comp};
-    AuditStat s = audit_match(iso, &a, 0, mesh_bad, iso_bad);
+    AuditStat s = audit_match(iso, &a, 0, mesh_bad, iso_bad, NULL);
     mem_free(mech_comp);
     mem_free(comp);
     mem_free(mesh_bad);
@@ -279,8 +300,9 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     if (tr->mesh.ntri) predict(tr, &iso, stat);
     if (mend) audit_and_mend(tr, &iso, &census, stat);
     alter_and_relax(tr, &iso, stat);
-    if (mend) audit_and_mend(tr, &iso, &census, stat); /* what relaxing may have spoilt */
     round_positions(tr);
+    if (mend) audit_and_mend(tr, &iso, &census, stat); /* what relaxing may have spoilt */
+    remesh_remember_lengths(&tr->mesh);
     refine(tr, &iso, stat);
     t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &iso);

@@ -1,5 +1,7 @@
 /* fields.h: analytic fields sampled into small grids, for the tests of what works on a Field.
  *
+ * With TWINMESH_TOLD set in the environment these tests print the figures they judge.
+ *
  * A FieldFn is a signed distance in voxels, positive inside, over index space; `k` are its numbers. */
 #pragma once
 #include "field/field.h"
