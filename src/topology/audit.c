@@ -9,8 +9,8 @@ enum { GRAIN = 1024 };
 
 /* A component is uncovered when more cells than this, and more than this share of its own, have no mesh in their 3^3
  * neighbourhood: a tip that a coarse triangle cuts off is for refinement to find, a lost limb is not. */
-enum { UNCOVERED_CELLS_MAX = 8 };
-#define UNCOVERED_SHARE_MAX 0.001
+enum { UNCOVERED_CELLS_MAX = 24 };
+#define UNCOVERED_SHARE_MAX 0.004
 
 /* The coarse mesh of a small component loses much of its volume (an octahedron in a ball has a third of it), but must
  * not turn inside out or lie elsewhere. */
@@ -207,7 +207,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, u
             continue;
         }
         if (euler[c] != iso->comp_euler[k]) mesh_bad[c] = 1, stat.euler_errors++;
-        if (!speck_is(iso, k) && !is_like(&size[c], iso->comp_volume[k], iso->comp_box[k])) mesh_bad[c] = 1, stat.size_errors++;
+        if (rules & AUDIT_SIZE && !speck_is(iso, k) && !is_like(&size[c], iso->comp_volume[k], iso->comp_box[k])) mesh_bad[c] = 1, stat.size_errors++;
         if (uncovered[k] > UNCOVERED_CELLS_MAX && uncovered[k] > UNCOVERED_SHARE_MAX * iso->comp_loops[k]) mesh_bad[c] = 1;
         if (taken[k] != NONE) mesh_bad[c] = mesh_bad[taken[k]] = 1; /* two on one: neither is trusted */
         else taken[k] = c;

@@ -22,11 +22,12 @@ typedef struct AuditStat {
 
 enum {
     AUDIT_COVERAGE = 1, /* too much of a component without mesh near it makes it bad */
+    AUDIT_SIZE = 4,     /* so does a volume or an extent that is not the component's (specks excepted) */
     AUDIT_STRAYS = 2,   /* so does a single vertex that is not on its surface, or a triangle without area */
 };
 
 /* Matches the components one to one. mesh_bad[mesh->ncomp] and iso_bad[iso->ncomp] are set for those that are not exactly
- * matched: a different Euler characteristic, a volume or extent that is not the component's, several mesh components on one
+ * matched: a different Euler characteristic, several mesh components on one
  * of the isosurface, and what `rules` add. partner[mesh->ncomp] (may be NULL): the component each lies on, or NONE. */
 AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, uint8_t *mesh_bad, uint8_t *iso_bad, int32_t *partner);
 

@@ -11,7 +11,7 @@ static int drop_strayed(const IsoSurface *iso, const uint8_t *want, Mesh *m, uin
     int n = mesh_components(m, comp, NULL), strayed = 0;
     uint8_t *bad = NEW(uint8_t, n);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    audit_match(iso, &a, AUDIT_STRAYS, bad, again, NULL);
+    audit_match(iso, &a, AUDIT_STRAYS | AUDIT_SIZE, bad, again, NULL);
     for (int k = 0; k < iso->ncomp; k++) strayed += again[k] = again[k] && want[k];
     if (strayed) {
         mesh_drop_components(m, comp, bad);

@@ -169,8 +169,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     int32_t *partner = NEW(int32_t, n);
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS, mesh_bad, iso_bad, partner);
-    __builtin_printf("AUDIT mesh %d iso %d stray %d euler %d degen %d size %d uncov %d\n",audit.wrong_mesh,audit.wrong_iso,audit.strayed,audit.euler_errors,audit.degenerate,audit.size_errors,audit.uncovered_cells);
+    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS | AUDIT_SIZE, mesh_bad, iso_bad, partner);
     int specks = renew_specks(tr, iso, comp, partner, mesh_bad, iso_bad);
     double t1 = track_clock();
     stat->seconds.audit += t1 - t0;
