@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIELD_BRICKS_MAX = 1 << 22 }; /* 22 GiB of samples: beyond it the frame is refused */
+enum { FIELD_BRICKS_MAX = 1 << 20 }; /* 5 GiB of samples: beyond it the frame is refused */
 
 /* --- which side a sample is on, and how far away the farthest is ------------------------------------------- */
 

@@ -23,6 +23,7 @@ typedef struct Pass {
     const Refine *memory;
     const Homes *homes;
     double cos_limit, cos_kept, dev_limit, dev_kept; /* for fresh marks, and for those of last frame */
+    int number;             /* of the pass, from 0 */
     int nedge;
     int32_t (*ends)[2];     /* [nedge] */
     int32_t (*side)[2];     /* [nedge] the two triangles */
@@ -145,7 +146,8 @@ static void find_edges(Pass *p)
 
 static uint64_t key_of_edge(const RefinedMesh *m, int a, int b) { return key_pair(int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b])); }
 
-enum { MARK_SELF = 1, MARK_OTHERS = 2, BATCH = 64 };
+/* The angle between the centroids' normals asks for the others; between the two limits it holds what was marked before. */
+enum { MARK_SELF = 1, MARK_OTHERS = 2, MARK_OTHERS_KEPT = 4, MARK_KEPT = 8, BATCH = 64 };
 
 /* The midpoints' distance from the surface, to first order, against a limit in world units an edge. */
 static void mark_far(Pass *p, int n, const int *edge, const double *limit)
@@ -167,10 +169,13 @@ static void mark_block(void *ctx, int begin, int end)
     double limit[BATCH];
     for (int e = begin; e < end; e++) {
         int a = p->ends[e][0], b = p->ends[e][1];
-        bool kept = map_get(&p->memory->marked, key_of_edge(m, a, b)) != NONE;
+        int was = map_get(&p->memory->pass, key_of_edge(m, a, b));
+        bool kept = was != NONE && was <= p->number; /* a mark comes back no earlier than it came: passes would differ */
         double cos_limit = kept ? p->cos_kept : p->cos_limit, dev = (kept ? p->dev_kept : p->dev_limit) * voxel;
         double length = v_dist(m->pos[a], m->pos[b]) / voxel;
-        if (v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]) < cos_limit) p->marked[e] |= MARK_OTHERS;
+        double bend = v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]);
+        if (kept) p->marked[e] |= MARK_KEPT;
+        if (bend < p->cos_kept) p->marked[e] |= bend < p->cos_limit ? MARK_OTHERS : MARK_OTHERS_KEPT;
         if (length >= ANGLE_SHORTEST_VOX && v_dot(m->normal[a], m->normal[b]) < cos_limit) p->marked[e] |= MARK_SELF;
         else if (length >= DEVIATION_SHORTEST_VOX && dev > 0) edge[n] = e, limit[n++] = dev;
         if (n < BATCH && e + 1 < end) continue;
@@ -188,10 +193,11 @@ static int settle_marks(Pass *p)
     int n = 0;
     for (int e = 0; e < p->nedge; e++) {
         if (p->marked[e] & MARK_SELF) cut[e] = 1;
-        if (!(p->marked[e] & MARK_OTHERS)) continue;
+        if (!(p->marked[e] & (MARK_OTHERS | MARK_OTHERS_KEPT))) continue;
         for (int s = 0; s < 2; s++)
             for (int k = 0; k < 3; k++) {
                 int o = p->edge_of[3 * p->side[e][s] + k];
+                if (!(p->marked[e] & MARK_OTHERS) && !(p->marked[o] & MARK_KEPT)) continue;
                 if (o != e && v_dist(m->pos[p->ends[o][0]], m->pos[p->ends[o][1]]) >= shortest) cut[o] = 1;
             }
     }
@@ -364,7 +370,7 @@ static void withdraw_marks(Pass *p)
 
 /* --- cutting ---------------------------------------------------------------------------------------------------------------- */
 
-static int add_midpoints(Pass *p, Map *marked_now, int32_t *next_id)
+static int add_midpoints(Pass *p, Refine *now, int32_t *next_id)
 {
     RefinedMesh *m = p->m;
     int first = m->nvert;
@@ -375,7 +381,8 @@ static int add_midpoints(Pass *p, Map *marked_now, int32_t *next_id)
         uint64_t key = key_of_edge(m, a, b);
         int32_t id = map_get(&p->memory->marked, key);
         if (id == NONE) id = (*next_id)++;
-        map_put(marked_now, key, id);
+        map_put(&now->marked, key, id);
+        map_put(&now->pass, key, p->number);
         p->mid[e] = add_vert(m, p->mid_pos[e], p->mid_normal[e], id, a, b);
     }
     return m->nvert - first;
@@ -416,7 +423,7 @@ static void pass_free(Pass *p)
 }
 
 /* Returns whether anything was cut. */
-static bool run_pass(Pass *p, Map *marked_now, int32_t *next_id, RefineStat *stat)
+static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 {
     RefinedMesh *m = p->m;
     find_edges(p);
@@ -427,7 +434,7 @@ static bool run_pass(Pass *p, Map *marked_now, int32_t *next_id, RefineStat *sta
     if (wanted == 0) return false;
     parallel_for(p->nedge, GRAIN, land_block, p);
     withdraw_marks(p);
-    int added = add_midpoints(p, marked_now, next_id);
+    int added = add_midpoints(p, now, next_id);
     stat->lost += wanted - added;
     cut_triangles(p);
     return added > 0;
@@ -501,14 +508,16 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     RefineStat stat = {0};
     copy_mechanical(out, mech);
     parallel_for(out->nvert, GRAIN, vertex_normals, &(NormalJob){field, out, 0, out->normal});
-    Map now;
-    map_init(&now, memory->marked.count);
+    Refine now;
+    map_init(&now.marked, memory->marked.count);
+    map_init(&now.pass, memory->marked.count);
     Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     shape.cos_limit = cos(set->angle_deg * degree);
     shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
     bool more = true;
     for (int k = 0; k < set->passes && !off && more; k++) {
         Pass p = shape;
+        p.number = k;
         more = run_pass(&p, &now, next_id, &stat);
         pass_free(&p);
     }
@@ -516,12 +525,16 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     find_edges(&last);
     measure(&last, &stat);
     pass_free(&last);
-    map_free(&memory->marked);
-    memory->marked = now;
+    refine_free(memory);
+    *memory = now;
     return stat;
 }
 
-void refine_free(Refine *memory) { map_free(&memory->marked); }
+void refine_free(Refine *memory)
+{
+    map_free(&memory->marked);
+    map_free(&memory->pass);
+}
 
 void refined_free(RefinedMesh *m)
 {

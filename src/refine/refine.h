@@ -31,6 +31,7 @@ typedef struct RefinedMesh {
 
 typedef struct Refine {
     Map marked;           /* last frame's marked edges, by the identities of their ends: the midpoint's identity */
+    Map pass;             /* the same edges: the pass that marked them */
 } Refine;
 
 typedef struct RefineStat {

@@ -24,10 +24,10 @@ static double change_of(const Mesh *m, int h) { return m->length[h] < 0 ? 0 : me
 static int alter_split(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
-    int32_t *edge;
+    EdgeEnds *edge;
     int n = remesh_edges_by_length(m, rules->e_max * rules->rest, 1e300, true, &edge), splits = 0;
     for (int i = 0; i < n; i++) {
-        int h = edge[i];
+        int h = remesh_find_edge(m, &edge[i]);
         if (m->flag[h] || change_of(m, h) <= -rules->eps * rules->rest) continue; /* it has been shrinking */
         if (is_inverted(r, h / 3) || is_inverted(r, m->opp[h] / 3)) continue;     /* 2.6.1: would make more of them */
         remesh_split(r, h);
@@ -56,12 +56,12 @@ static uint8_t *find_droplets(const Remesh *r)
 static int alter_collapse(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
-    int32_t *edge;
+    EdgeEnds *edge;
     int n = remesh_edges_by_length(m, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
     uint8_t *droplet = find_droplets(r);
     for (int i = 0; i < n; i++) {
-        int h = edge[i];
-        if (tri_is_dead(m, h / 3) || m->flag[h] || droplet[he_from(m, h)] == 2) continue;
+        int h = remesh_find_edge(m, &edge[i]);
+        if (h == NONE || m->flag[h] || droplet[he_from(m, h)] == 2) continue;
         double limit = rules->e_min * rules->rest * (droplet[he_from(m, h)] ? DROPLET_COLLAPSE : 1);
         if (mesh_edge_length(m, h) >= limit) continue;
         if (change_of(m, h) >= rules->eps * rules->rest) continue; /* it has been stretching */
@@ -90,12 +90,12 @@ RemeshStat remesh_alter(Remesh *r, const AlterRules *rules)
 static int collapse_below(Remesh *r, double limit, const Limits *limits)
 {
     Mesh *m = r->mesh;
-    int32_t *edge;
+    EdgeEnds *edge;
     int n = remesh_edges_by_length(m, -1, limit, false, &edge), collapses = 0;
     uint8_t *moved = NEW0(uint8_t, m->nvert);
     for (int i = 0; i < n; i++) {
-        int h = edge[i];
-        if (tri_is_dead(m, h / 3) || mesh_edge_length(m, h) >= limit) continue;
+        int h = remesh_find_edge(m, &edge[i]);
+        if (h == NONE || mesh_edge_length(m, h) >= limit) continue;
         int a = he_from(m, h), b = he_to(m, h);
         if (!remesh_try_collapse(r, h, limits)) continue;
         moved[vert_is_dead(m, a) ? b : a] = 1;
@@ -109,9 +109,9 @@ static int collapse_below(Remesh *r, double limit, const Limits *limits)
 
 static int split_above(Remesh *r, double limit)
 {
-    int32_t *edge;
+    EdgeEnds *edge;
     int n = remesh_edges_by_length(r->mesh, limit, 1e300, true, &edge);
-    for (int i = 0; i < n; i++) remesh_split(r, edge[i]);
+    for (int i = 0; i < n; i++) remesh_split(r, remesh_find_edge(r->mesh, &edge[i])); /* splits take no edge of the list away */
     mem_free(edge);
     return n;
 }

@@ -2,6 +2,7 @@
 #include "remesh/remesh_priv.h"
 
 enum { ROUNDS_MAX = 6 };
+#define OFF_SURFACE_VOX 0.02 /* to first order: a vertex farther from the surface did not land */
 
 static bool inverted_with(const Remesh *r, int t, int v, Vec3 p)
 {
@@ -127,6 +128,8 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 
 static bool is_astray(const Remesh *r, int v)
 {
+    Vec3 g, p = r->mesh->pos[v];
+    if (fabs(field_value(r->field, p, &g, NULL)) > OFF_SURFACE_VOX * r->field->voxel * v_len(g)) return true;
     return r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], r->mesh->pos[v]);
 }
 
@@ -162,12 +165,20 @@ static bool collapse_home(Remesh *r, int v)
     return false;
 }
 
-int remesh_rehome(Remesh *r)
+int remesh_rehome(Remesh *r, const uint8_t *frozen)
 {
     if (!r->home) return 0;
     Mesh *m = r->mesh;
     int left = 0;
-    for (int v = 0; v < m->nvert; v++)
-        if (!vert_is_dead(m, v) && is_astray(r, v)) left += !move_home(r, v) && !collapse_home(r, v);
+    for (int v = 0; v < m->nvert; v++) {
+        if (vert_is_dead(m, v) || (frozen && frozen[v]) || !is_astray(r, v)) continue;
+        Vec3 p = m->pos[v];
+        if (remesh_land_point(r, v, &p, 0.5 * r->edge) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
+            m->pos[v] = p;
+            r->normal[v] = remesh_normal_at(r, p);
+        } else {
+            left += !move_home(r, v) && !collapse_home(r, v);
+        }
+    }
     return left;
 }

@@ -130,41 +130,45 @@ void remesh_remember_lengths(Mesh *m)
 
 /* --- edges in order ---------------------------------------------------------------------------------------------- */
 
-typedef struct Ranked {
-    double length;
-    int32_t h;
-} Ranked;
-
 static int shorter_first(const void *pa, const void *pb)
 {
-    const Ranked *a = pa, *b = pb;
+    const EdgeEnds *a = pa, *b = pb;
     if (a->length != b->length) return a->length < b->length ? -1 : 1;
     return a->h < b->h ? -1 : 1;
 }
 
 static int longer_first(const void *pa, const void *pb)
 {
-    const Ranked *a = pa, *b = pb;
+    const EdgeEnds *a = pa, *b = pb;
     if (a->length != b->length) return a->length > b->length ? -1 : 1;
     return a->h < b->h ? -1 : 1;
 }
 
-int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, int32_t **edges)
+int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, EdgeEnds **edges)
 {
-    Ranked *rank = NULL;
+    EdgeEnds *e = NULL;
     int n = 0, cap = 0;
     for (int h = 0; h < 3 * m->ntri; h++) {
         if (tri_is_dead(m, h / 3) || h > m->opp[h]) continue;
         double l = mesh_edge_length(m, h);
         if (!(l > lo && l < hi)) continue;
-        RESERVE(rank, cap, n + 1);
-        rank[n++] = (Ranked){l, h};
+        RESERVE(e, cap, n + 1);
+        e[n++] = (EdgeEnds){l, h, he_from(m, h), he_to(m, h)};
     }
-    if (n) qsort(rank, (size_t)n, sizeof *rank, descending ? longer_first : shorter_first);
-    *edges = NEW(int32_t, n);
-    for (int i = 0; i < n; i++) (*edges)[i] = rank[i].h;
-    mem_free(rank);
+    if (n) qsort(e, (size_t)n, sizeof *e, descending ? longer_first : shorter_first);
+    *edges = e;
     return n;
+}
+
+int remesh_find_edge(const Mesh *m, const EdgeEnds *e)
+{
+    if (m->corner[e->h] == e->from && he_to(m, e->h) == e->to) return e->h;
+    if (vert_is_dead(m, e->from) || vert_is_dead(m, e->to)) return NONE;
+    int h = m->out[e->from];
+    do
+        if (he_to(m, h) == e->to) return h;
+    while ((h = he_around(m, h)) != m->out[e->from]);
+    return NONE;
 }
 
 /* --- split and collapse ------------------------------------------------------------------------------------------ */

@@ -58,9 +58,9 @@ RemeshStat remesh_coarsen(Remesh *r);
  * (may be NULL). found: how many there were. Returns how many are left. */
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found);
 
-/* Vertices that are on no surface, or not on their own component's, moved beside a neighbour or collapsed into one.
- * Without homes nothing is known and nothing done. Returns how many are left astray. */
-int remesh_rehome(Remesh *r);
+/* Vertices that are off the surface, or not on their own component's, moved beside a neighbour or collapsed into one, but for
+ * the frozen (may be NULL). Without homes nothing is known and nothing done. Returns how many are left astray. */
+int remesh_rehome(Remesh *r, const uint8_t *frozen);
 
 /* Remembers each edge's length as the last step's. */
 void remesh_remember_lengths(Mesh *mesh);

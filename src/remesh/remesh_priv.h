@@ -50,7 +50,15 @@ bool remesh_can_collapse(const Mesh *m, int h);
 /* Collapses at the midpoint or at either end, whichever the guards allow first; the older identity stays. False: none is allowed. */
 bool remesh_try_collapse(Remesh *r, int h, const Limits *limits);
 int remesh_flip_within(Remesh *r, double gain, const Limits *limits);
-/* Live edges, one half-edge each, sorted by length (ascending or descending, ties by index), of those between lo and hi. */
-int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, int32_t **edges);
+/* An edge by its ends: edits move half-edges to other slots while a list is worked off. */
+typedef struct EdgeEnds {
+    double length;
+    int32_t h, from, to;
+} EdgeEnds;
+
+/* Live edges of a length between lo and hi, sorted by it (ascending or descending, ties by index); the caller frees them. */
+int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, EdgeEnds **edges);
+/* The half-edge between the ends, or NONE if the edge is gone. */
+int remesh_find_edge(const Mesh *m, const EdgeEnds *e);
 /* Lands all vertices that `moved` marks (NULL: all) and renews their normals; those lost stay. */
 void remesh_land(Remesh *r, const uint8_t *moved, double reach);

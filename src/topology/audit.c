@@ -12,9 +12,9 @@ enum { GRAIN = 1024 };
 enum { UNCOVERED_CELLS_MAX = 24 };
 #define UNCOVERED_SHARE_MAX 0.004
 
-/* The coarse mesh of a small component loses much of its volume (an octahedron in a ball has a third of it), but must
- * not turn inside out or lie elsewhere. */
-#define VOLUME_RATIO_MIN 0.05
+/* The coarse mesh of a small component loses much of its volume (an octahedron in a ball keeps a third of it), but must
+ * not turn inside out, wither or lie elsewhere. */
+#define VOLUME_RATIO_MIN 0.2
 #define VOLUME_RATIO_MAX 2.0
 #define BOX_MARGIN_VOX 0.3
 
@@ -163,7 +163,7 @@ static int count_strayed(const AuditMesh *mesh, const LocateJob *at, const int32
         int v = mesh->tri[h], c = mesh->tri_comp[h / 3];
         if (seen[v]) continue;
         seen[v] = 1;
-        if (at->comp[v] == partner[c] || (at->comp[v] != NONE && !at->sure[v])) continue;
+        if (at->comp[v] != NONE && (at->comp[v] == partner[c] || !at->sure[v])) continue;
         if (mesh_bad) mesh_bad[c] = 1;
         strayed++;
     }

@@ -12,7 +12,7 @@
 typedef struct RemakeStat {
     int components, vertices;
     int first_plain;      /* vertices of the mesh from here on are specks' and raw components', not to be moved */
-    int raw_components;   /* left as raw marching cubes: their coarse form strayed from the surface */
+    int raw_components;   /* left as raw marching cubes: anything else strayed from the surface */
 } RemakeStat;
 
 /* Appends the components want[iso->ncomp] to the mesh, with fresh identities. */

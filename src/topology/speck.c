@@ -4,7 +4,10 @@
  * with sound triangles: whichever of two tetrahedra and an octahedron has the fewest faces that the field calls inverted. */
 #include "topology/speck.h"
 
-#define RADIUS_MIN_VOX 0.03
+/* Radii tried, in voxels, until no face counts as inverted: that is tested a tenth of a voxel to either side, so that on
+ * anything smaller it is the field's asymmetry that is measured, not the mesh. */
+static const double RADIUS_LEAST_VOX[] = {0.03, 0.1, 0.15, 0.2, 0.25};
+enum { RADII = sizeof RADIUS_LEAST_VOX / sizeof *RADIUS_LEAST_VOX, SOLIDS = 3 };
 
 typedef struct Solid {
     int nvert, ntri;
@@ -13,7 +16,7 @@ typedef struct Solid {
 } Solid;
 
 #define T 0.5773502691896258
-static const Solid SOLID[3] = {
+static const Solid SOLID[SOLIDS] = {
     {4, 4, {{T, T, T}, {T, -T, -T}, {-T, T, -T}, {-T, -T, T}}, {{0, 1, 2}, {0, 3, 1}, {0, 2, 3}, {1, 3, 2}}},
     {4, 4, {{-T, -T, -T}, {-T, T, T}, {T, -T, T}, {T, T, -T}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}},
     {6, 8, {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
@@ -45,9 +48,9 @@ static void find_spots(const IsoSurface *iso, const uint8_t *want, Spot *spot)
     mem_free(count);
 }
 
-static void place(const IsoSurface *iso, const Spot *spot, const Solid *s, Vec3 out[6])
+static void place(const IsoSurface *iso, const Spot *spot, const Solid *s, double least, Vec3 out[6])
 {
-    double radius = real_max(spot->radius, RADIUS_MIN_VOX);
+    double radius = real_max(spot->radius, least);
     for (int v = 0; v < s->nvert; v++)
         out[v] = affine_to_world(&iso->field->xform, v_axpy(spot->centre, radius, vec3(s->corner[v][0], s->corner[v][1], s->corner[v][2])));
 }
@@ -65,16 +68,18 @@ static void append_speck(const IsoSurface *iso, int comp, const Spot *spot, Mesh
     int best = 0, least = 99;
     Vec3 pos[6];
     int32_t tri[24];
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < SOLIDS * RADII && least; i++) {
+        const Solid *s = &SOLID[i % SOLIDS];
         int bad = 0;
-        place(iso, spot, &SOLID[i], pos);
-        orient(iso, comp, &SOLID[i], tri);
-        for (int t = 0; t < SOLID[i].ntri; t++) bad += field_triangle_inverted(iso->field, pos[tri[3 * t]], pos[tri[3 * t + 1]], pos[tri[3 * t + 2]]);
+        place(iso, spot, s, RADIUS_LEAST_VOX[i / SOLIDS], pos);
+        orient(iso, comp, s, tri);
+        for (int t = 0; t < s->ntri; t++) bad += field_triangle_inverted(iso->field, pos[tri[3 * t]], pos[tri[3 * t + 1]], pos[tri[3 * t + 2]]);
         if (bad < least) least = bad, best = i;
     }
-    place(iso, spot, &SOLID[best], pos);
-    orient(iso, comp, &SOLID[best], tri);
-    mesh_append(mesh, SOLID[best].nvert, pos, NULL, SOLID[best].ntri, tri);
+    const Solid *s = &SOLID[best % SOLIDS];
+    place(iso, spot, s, RADIUS_LEAST_VOX[best / SOLIDS], pos);
+    orient(iso, comp, s, tri);
+    mesh_append(mesh, s->nvert, pos, NULL, s->ntri, tri);
 }
 
 bool speck_is(const IsoSurface *iso, int comp)

@@ -7,8 +7,8 @@
 #include <string.h>
 
 #define REST_RATIO 0.7      /* e_min 1 and e_max 2 keep edges between e-hat and 2 e-hat: their mean is about e-hat / 0.7 */
-#define REST_RATIO_MIN 0.62
-#define REST_RATIO_MAX 0.78
+#define REST_RATIO_MIN 0.64
+#define REST_RATIO_MAX 0.72
 #define FLIP_GAIN 0.15      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
@@ -131,7 +131,7 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
     mem_free(was);
     Remesh r;
     begin_edits(tr, iso, &r);
-    remesh_rehome(&r);
+    remesh_rehome(&r, tr->frozen);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
@@ -223,7 +223,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
         stat->seconds.relax += track_clock() - t0;
     }
     stat->inverted_left = remesh_heal(&r, tr->frozen, &stat->inverted_found);
-    remesh_rehome(&r);
+    remesh_rehome(&r, tr->frozen);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);

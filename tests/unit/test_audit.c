@@ -48,7 +48,7 @@ static AuditStat audit(Scene *s, const Mesh *m)
     AuditMesh a = {m->nvert, m->ntri, s->ncomp, m->pos, m->corner, s->tri_comp};
     memset(s->mesh_bad, 9, sizeof s->mesh_bad);
     memset(s->iso_bad, 9, sizeof s->iso_bad);
-    return audit_match(&s->iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS, s->mesh_bad, s->iso_bad, NULL);
+    return audit_match(&s->iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS | AUDIT_SIZE, s->mesh_bad, s->iso_bad, NULL);
 }
 
 static int comp_of(const Scene *s, Vec3 p)

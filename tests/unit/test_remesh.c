@@ -126,7 +126,7 @@ static void coarsening_keeps_the_topology_of_noise(void **state)
     assert_int_equal(mesh_euler(&s.mesh, NONE), chi);
     assert_int_equal(mesh_components(&s.mesh, NULL, NULL), n);
     remesh_heal(&s.r, NULL, &found);
-    remesh_rehome(&s.r);
+    remesh_rehome(&s.r, NULL);
     assert_mesh(&s.mesh);
     assert_int_equal(mesh_euler(&s.mesh, NONE), chi);
     skin_free(&s);
@@ -397,11 +397,11 @@ static void strays_are_brought_home(void **state)
     for (int w = 0; w < m->nvert; w++) /* the one nearest to the other ball */
         if (m->pos[w].x < 14 && m->pos[w].x > m->pos[v].x) v = w;
     int id = m->id[v];
-    assert_int_equal(remesh_rehome(&s.r), 0);
+    assert_int_equal(remesh_rehome(&s.r, NULL), 0);
     static const Vec3 astray[2] = {{14.5, 14, 14}, {14, 14, 14}}; /* on the other; on none */
     for (int i = 0; i < 2; i++) {
         m->pos[v] = astray[i];
-        assert_int_equal(remesh_rehome(&s.r), 0);
+        assert_int_equal(remesh_rehome(&s.r, NULL), 0);
         assert_mesh(m);
         if (vert_is_dead(m, v)) break; /* collapsed into a neighbour: as well */
         assert_int_equal(m->id[v], id);
