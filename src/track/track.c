@@ -9,6 +9,7 @@
 #define REST_RATIO 0.7      /* e_min 1 and e_max 2 keep edges between e-hat and 2 e-hat: their mean is about e-hat / 0.7 */
 #define REST_RATIO_MIN 0.64
 #define REST_RATIO_MAX 0.72
+#define EDGE_LEAST_VOX 0.1  /* below it triangles could only multiply */
 #define FLIP_GAIN 0.15      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
@@ -275,17 +276,15 @@ static void adapt_rest(Track *tr)
 bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
 {
     *stat = (FrameStat){0};
-    (void)err;
+    if (field->nbrick && tr->edge == 0) tr->edge = tr->set.edge * field->voxel;
+    if (field->nbrick && tr->edge < EDGE_LEAST_VOX * field->voxel)
+        return fail(err, ERR_USAGE, "an edge of %g is less than a tenth of the frame's voxels (%g); give it in voxels, such as --edge 1.5v", tr->edge, field->voxel);
     tr->last_field = tr->field;
     tr->last_velocity = tr->velocity;
     tr->field = field;
     tr->velocity = velocity;
     tr->span_s = frames / tr->set.fps;
-    if (field->nbrick == 0) {
-        mesh_clear(&tr->mesh);
-    } else if (tr->edge == 0) {
-        tr->edge = tr->set.edge * field->voxel;
-    }
+    if (field->nbrick == 0) mesh_clear(&tr->mesh);
     adapt_rest(tr);
     Census census;
     census_take(&census, &tr->mesh);
