@@ -84,7 +84,7 @@ RemeshStat remesh_alter(Remesh *r, const AlterRules *rules)
 /* --- coarsening -------------------------------------------------------------------------------------------------- */
 
 #define COARSEN_SHORT 0.72 /* edges below this are collapsed, */
-#define COARSEN_TIDY 0.55  /* edges below this are collapsed even where that costs some distance, */
+#define COARSEN_TIDY 0.6   /* edges below this are collapsed even where that costs some distance, */
 #define COARSEN_LONG 1.4   /* edges above this are split, in edges wanted: the mean comes out at 1 */
 
 static int collapse_below(Remesh *r, double limit, const Limits *limits)
@@ -138,9 +138,11 @@ RemeshStat remesh_coarsen(Remesh *r)
         stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }
-    stat.collapses += collapse_below(r, COARSEN_TIDY * r->edge, &LIMITS_TIDY);
-    stat.flips += remesh_flip_within(r, 0.05, &LIMITS_TIDY);
-    remesh_smooth(r, 2);
+    for (int k = 0; k < 2; k++) {
+        stat.collapses += collapse_below(r, COARSEN_TIDY * r->edge, &LIMITS_TIDY);
+        stat.flips += remesh_flip_within(r, 0.05, &LIMITS_TIDY);
+        remesh_smooth(r, 2);
+    }
     stat.flips += remesh_flip(r, 0.1);
     remesh_compact(r, NULL);
     forget_steps(r->mesh);
