@@ -48,7 +48,7 @@ static void expect_frames(const char *arg, const char *frames, const char *expec
 
 static void expect_error(int nargs, const char *const *args, const char *frames, ErrCode code, const char *word)
 {
-    char *list[8];
+    char *list[8] = {0};
     for (int i = 0; i < nargs; i++) list[i] = (char *)(uintptr_t)args[i];
     Sequence s;
     Err err = {0};
