@@ -14,7 +14,7 @@ enum { UNCOVERED_CELLS_MAX = 24 };
 
 /* The coarse mesh of a small component loses much of its volume (an octahedron in a ball keeps a third of it), but must
  * not turn inside out, wither or lie elsewhere. */
-#define VOLUME_RATIO_MIN 0.25
+#define VOLUME_RATIO_MIN 0.3
 #define VOLUME_RATIO_MAX 2.0
 #define BOX_MARGIN_VOX 0.3
 
