@@ -14,7 +14,7 @@ CXX = g++
 endif
 
 # What Debian 12 must have: to build, and to check.
-BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libtbb-dev libimath-dev libtinygltf-dev
+BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats mandoc
 
 FLAGS_release = -O3 -DNDEBUG

@@ -1,4 +1,4 @@
-/* ply.h: one frame's mesh as PLY (DESIGN section 5).
+/* ply.h: one frame's mesh as PLY.
  *
  * Written: binary_little_endian; vertex: float x y z nx ny nz, float vx vy vz where the velocity is known,
  * int id, then each attribute as a float under its name (characters that no PLY reader takes become '_', and

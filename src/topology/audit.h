@@ -1,4 +1,4 @@
-/* audit.h: a tracked mesh against the frame's exact isosurface, component by component (DESIGN section 7). */
+/* audit.h: a tracked mesh against the frame's exact isosurface, component by component. */
 #pragma once
 #include "topology/iso.h"
 

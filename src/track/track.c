@@ -258,7 +258,7 @@ static int audit_geometric(const Track *tr, const IsoSurface *iso)
     mem_free(comp);
     mem_free(mesh_bad);
     mem_free(iso_bad);
-    return s.euler_errors + int_max(0, s.wrong_iso - s.euler_errors);
+    return int_max(s.euler_errors, s.wrong_iso);
 }
 
 /* --- a frame ------------------------------------------------------------------------------------------------------------- */
