@@ -12,6 +12,11 @@ enum { GRAIN = 1024 };
 enum { UNCOVERED_CELLS_MAX = 24 };
 #define UNCOVERED_SHARE_MAX 0.004
 
+/* So is one when more of its triangles than these are farther than FAR_VOX from the surface: it was outrun. */
+enum { FAR_TRIANGLES_MAX = 30 };
+#define FAR_SHARE_MAX 0.02
+#define FAR_VOX 0.8
+
 /* The coarse mesh of a small component loses much of its volume (an octahedron in a ball keeps a third of it), but must
  * not turn inside out, wither or lie elsewhere. */
 #define VOLUME_RATIO_MIN 0.3
@@ -171,6 +176,27 @@ static int count_strayed(const AuditMesh *mesh, const LocateJob *at, const int32
     return strayed;
 }
 
+/* Marks the components whose mesh the surface has outrun; returns the number of triangles far away. */
+static int count_far(const Field *f, const AuditMesh *mesh, uint8_t *mesh_bad)
+{
+    int32_t *far = NEW0(int32_t, mesh->ncomp), *all = NEW0(int32_t, mesh->ncomp);
+    int n = 0;
+    for (int t = 0; t < mesh->ntri; t++) {
+        const int32_t *c = mesh->tri + 3 * t;
+        Vec3 g, p = v_scale(v_add(v_add(mesh->pos[c[0]], mesh->pos[c[1]]), mesh->pos[c[2]]), 1.0 / 3);
+        double F = field_value(f, p, &g, NULL);
+        bool is_far = fabs(F) > FAR_VOX * f->voxel * v_len(g);
+        far[mesh->tri_comp[t]] += is_far;
+        all[mesh->tri_comp[t]]++;
+        n += is_far;
+    }
+    for (int c = 0; c < mesh->ncomp; c++)
+        if (far[c] > FAR_TRIANGLES_MAX && far[c] > FAR_SHARE_MAX * all[c]) mesh_bad[c] = 1;
+    mem_free(far);
+    mem_free(all);
+    return n;
+}
+
 static int count_degenerate(const AuditMesh *mesh, uint8_t *mesh_bad)
 {
     int n = 0;
@@ -198,6 +224,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, u
     measure_sizes(iso, mesh, size);
     stat.strayed = count_strayed(mesh, &at, partner, rules & AUDIT_STRAYS ? mesh_bad : NULL);
     if (rules & AUDIT_STRAYS) stat.degenerate = count_degenerate(mesh, mesh_bad);
+    if (rules & AUDIT_FAR) stat.far_triangles = count_far(iso->field, mesh, mesh_bad);
     if (rules & AUDIT_COVERAGE) stat.uncovered_cells = count_uncovered(iso, mesh, uncovered);
     for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
     for (int c = 0; c < mesh->ncomp; c++) {

@@ -18,10 +18,12 @@ typedef struct AuditStat {
     int degenerate;       /* triangles without area */
     int size_errors;      /* pairs whose volumes or extents have nothing to do with each other */
     int uncovered_cells;  /* crossed cells without mesh near them */
+    int far_triangles;    /* triangles that cut through the air or the inside */
 } AuditStat;
 
 enum {
     AUDIT_COVERAGE = 1, /* too much of a component without mesh near it makes it bad */
+    AUDIT_FAR = 8,      /* so does too much of its mesh far from it: outrun, it is better made anew */
     AUDIT_SIZE = 4,     /* so does a volume or an extent that is not the component's (specks excepted) */
     AUDIT_STRAYS = 2,   /* so does a single vertex that is not on its surface, or a triangle without area */
 };

@@ -161,7 +161,7 @@ static int renew_specks(const Track *tr, const IsoSurface *iso, const int32_t *t
 }
 
 /* Drops the components that do not match the grid and makes them anew. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, FrameStat *stat)
+static void audit_and_mend(Track *tr, const IsoSurface *iso, int rules, Census *census, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
@@ -170,7 +170,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, Census *census, Fra
     int32_t *partner = NEW(int32_t, n);
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    AuditStat audit = audit_match(iso, &a, AUDIT_COVERAGE | AUDIT_STRAYS | AUDIT_SIZE, mesh_bad, iso_bad, partner);
+    AuditStat audit = audit_match(iso, &a, rules, mesh_bad, iso_bad, partner);
     int specks = renew_specks(tr, iso, comp, partner, mesh_bad, iso_bad);
     double t1 = track_clock();
     stat->seconds.audit += t1 - t0;
@@ -296,10 +296,11 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     stat->seconds.audit += track_clock() - t0;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, &iso, stat);
-    if (mend) audit_and_mend(tr, &iso, &census, stat);
+    const int rules = AUDIT_COVERAGE | AUDIT_STRAYS | AUDIT_SIZE;
+    if (mend) audit_and_mend(tr, &iso, rules, &census, stat);
     alter_and_relax(tr, &iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, &iso, &census, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, &iso, rules | AUDIT_FAR, &census, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
     refine(tr, &iso, stat);
     t0 = track_clock();
