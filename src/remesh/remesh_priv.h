@@ -12,9 +12,9 @@ typedef struct Limits {
     double longest;       /* no edge grows beyond this, in edges wanted */
 } Limits;
 
-static const Limits LIMITS_EDIT = {0.6, 0.3, 0.28, 1.45};
-static const Limits LIMITS_MOVE = {0.3, 0.15, 0.4, 0};     /* laxer, or tight places would freeze */
-static const Limits LIMITS_TIDY = {0.2, 0.3, 0.75, 1.7};   /* to be rid of very short edges and needles */
+static const Limits LIMITS_EDIT = {0.65, 0.25, 0.2, 1.45};
+static const Limits LIMITS_MOVE = {0.3, 0.15, 0.3, 0};     /* laxer, or tight places would freeze */
+static const Limits LIMITS_TIDY = {0.4, 0.25, 0.35, 1.7};   /* to be rid of very short edges and needles */
 
 #define DEVIATION_FAR_VOX 2.0     /* farther is not measured: where the gradient vanishes the estimate is worth nothing */
 #define DEVIATION_EDGE_VOX 1.0    /* triangles of shorter edges cannot deviate, and are not looked at */
