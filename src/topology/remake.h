@@ -5,7 +5,7 @@
  * construction, however far coarsening comes: nothing has to be checked or retried, and the limit of a place that
  * cannot be coarsened is the reference itself. (A dual of a geodesic Voronoi diagram, which needs checks and rounds of
  * new seeds to reach the same guarantee, gave a prototype minimum angles of 23 to 31 degrees at the 5th percentile and 3 to
- * 7 % of edges outside [0.5, 2] on splashes; this gives 34 to 43 degrees and 1 %.) */
+ * 7 % of edges outside [0.5, 2] on splashes; this gives 28 to 38 degrees and 0.4 to 3 %.) */
 #pragma once
 #include "topology/audit.h"
 
