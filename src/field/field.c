@@ -88,11 +88,16 @@ static void add_below(Builder *b, int x, int y, int z)
     for (int k = 0; k < 8; k++) add_candidate(b, x - 8 * (k & 1), y - 8 * (k >> 1 & 1), z - 8 * (k >> 2));
 }
 
+static bool too_many_bricks(Err *err)
+{
+    return fail(err, ERR_RESOURCE, "the surface needs more than %d bricks of 8^3 samples; crop or coarsen the grid", FIELD_BRICKS_MAX);
+}
+
 /* A constant inside cube is crossed at its skin alone: the shell of bricks of the box lo..hi (brick origins). */
 static bool add_shell(Builder *b, const int lo[3], const int hi[3], Err *err)
 {
     double nx = (hi[0] - lo[0]) / 8 + 1, ny = (hi[1] - lo[1]) / 8 + 1, nz = (hi[2] - lo[2]) / 8 + 1;
-    if (2 * (nx * ny + ny * nz + nz * nx) > FIELD_BRICKS_MAX) return fail(err, ERR_RESOURCE, "the surface needs more than %d bricks of 8^3 samples; crop or coarsen the grid", FIELD_BRICKS_MAX);
+    if (2 * (nx * ny + ny * nz + nz * nx) > FIELD_BRICKS_MAX) return too_many_bricks(err);
     for (int z = lo[2]; z <= hi[2]; z += 8)
         for (int y = lo[1]; y <= hi[1]; y += 8) {
             bool skin = z == lo[2] || z == hi[2] || y == lo[1] || y == hi[1];
@@ -190,7 +195,7 @@ static bool keep_crossed(Builder *b, Err *err)
         if (!brick_is_crossed(f, v)) continue;
         memmove(b->cand[n++], b->cand[c], sizeof b->cand[0]);
     }
-    if (n > FIELD_BRICKS_MAX) return fail(err, ERR_RESOURCE, "the surface needs more than %d bricks of 8^3 samples; crop or coarsen the grid", FIELD_BRICKS_MAX);
+    if (n > FIELD_BRICKS_MAX) return too_many_bricks(err);
     b->ncand = n;
     if (n) qsort(b->cand, (size_t)n, sizeof b->cand[0], compare_origin);
     return true;
@@ -237,6 +242,7 @@ static bool build_bricks(Builder *b, Err *err)
     if (!find_candidates(b, err) || !keep_crossed(b, err)) return false;
     f->ncrossed = b->ncand;
     add_ring(b);
+    if (b->ncand > FIELD_BRICKS_MAX) return too_many_bricks(err); /* later stages number samples in 32 bits */
     f->nbrick = b->ncand;
     f->origin = mem_alloc((size_t)f->nbrick, sizeof *f->origin);
     f->value = mem_alloc((size_t)f->nbrick, BRICK_SAMPLES * sizeof(float));
