@@ -1,0 +1,305 @@
+/* Which triangles run through one another: the rule case by case, soups against an independent test in integers. */
+#include "base/thread.h"
+#include "mesh/intersect.h"
+#include "mesh/orient.h"
+#include "mesh_shapes.h"
+
+#include <stdlib.h>
+
+/* --- the oracle: separating axes in 128-bit integers ---------------------------------------------------------------------- */
+
+__extension__ typedef __int128 Wide;
+
+typedef struct Wide3 {
+    Wide x, y, z;
+} Wide3;
+
+static Wide3 wide_diff(Vec3 a, Vec3 b) { return (Wide3){(Wide)a.x - (Wide)b.x, (Wide)a.y - (Wide)b.y, (Wide)a.z - (Wide)b.z}; }
+static Wide wide_dot(Wide3 a, Wide3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static Wide3 wide_cross(Wide3 a, Wide3 b)
+{
+    return (Wide3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+static bool wide_is_zero(Wide3 a) { return a.x == 0 && a.y == 0 && a.z == 0; }
+static Wide3 wide_normal(const Vec3 *t) { return wide_cross(wide_diff(t[1], t[0]), wide_diff(t[2], t[0])); }
+
+static bool parts(Wide3 axis, int na, const Vec3 *a, int nb, const Vec3 *b)
+{
+    Wide amin = 0, amax = 0, bmin = 0, bmax = 0;
+    for (int i = 0; i < na; i++) {
+        Wide d = wide_dot(axis, wide_diff(a[i], a[0]));
+        if (d < amin) amin = d;
+        if (d > amax) amax = d;
+    }
+    for (int i = 0; i < nb; i++) {
+        Wide d = wide_dot(axis, wide_diff(b[i], a[0]));
+        if (i == 0 || d < bmin) bmin = d;
+        if (i == 0 || d > bmax) bmax = d;
+    }
+    return amax < bmin || bmax < amin;
+}
+
+/* A triangle and a polygon of two or three corners have a point in common. */
+static bool oracle_meets(const Vec3 *t, int n, const Vec3 *q)
+{
+    Wide3 normal = wide_normal(t);
+    if (parts(normal, 3, t, n, q)) return false;
+    if (n == 3 && parts(wide_normal(q), 3, t, 3, q)) return false;
+    for (int i = 0; i < 3; i++) {
+        Wide3 e = wide_diff(t[(i + 1) % 3], t[i]);
+        if (parts(wide_cross(normal, e), 3, t, n, q)) return false;
+        for (int j = 0; j < n; j++) {
+            Wide3 f = wide_diff(q[(j + 1) % n], q[j]);
+            if (parts(wide_cross(e, f), 3, t, n, q) || parts(wide_cross(normal, f), 3, t, n, q)) return false;
+        }
+    }
+    return true;
+}
+
+static bool oracle(const int32_t va[3], const Vec3 a[3], const int32_t vb[3], const Vec3 b[3])
+{
+    int shared = 0, i = 0, j = 0, si = 0, sj = 0;
+    if (wide_is_zero(wide_normal(a)) || wide_is_zero(wide_normal(b))) return false;
+    for (int k = 0; k < 3; k++)
+        for (int l = 0; l < 3; l++)
+            if (va[k] == vb[l]) shared++, i = k, j = l, si += k, sj += l;
+    if (shared == 0) return oracle_meets(a, 3, b);
+    if (shared == 3) return true;
+    if (shared == 1) {
+        Vec3 fa[2] = {a[(i + 1) % 3], a[(i + 2) % 3]}, fb[2] = {b[(j + 1) % 3], b[(j + 2) % 3]};
+        return oracle_meets(a, 2, fb) || oracle_meets(b, 2, fa);
+    }
+    Vec3 u = a[(4 - si) % 3], w = a[(5 - si) % 3];
+    Wide3 edge = wide_diff(w, u), na = wide_cross(edge, wide_diff(a[3 - si], u)), nb = wide_cross(edge, wide_diff(b[3 - sj], u));
+    return wide_is_zero(wide_cross(na, nb)) && wide_dot(na, nb) > 0;
+}
+
+/* --- soups ---------------------------------------------------------------------------------------------------------------- */
+
+static int noise_int(uint64_t *seed, int n) { return (int)((shape_noise(seed) + 0.5) * n); }
+
+/* Corners at whole places from 0 to size - 1, `nvert` vertices for all. */
+static Shape soup_of(int ntri, int nvert, int size, uint64_t seed)
+{
+    Shape s = {.nvert = nvert, .ntri = ntri, .pos = NEW(Vec3, nvert), .tri = NEW(int32_t, 3 * ntri)};
+    for (int v = 0; v < nvert; v++) s.pos[v] = vec3(noise_int(&seed, size), noise_int(&seed, size), noise_int(&seed, size));
+    for (int t = 0; t < ntri; t++) {
+        int32_t *c = s.tri + 3 * t;
+        do
+            for (int k = 0; k < 3; k++) c[k] = noise_int(&seed, nvert);
+        while (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]);
+    }
+    return s;
+}
+
+static void corners(const Shape *s, int t, Vec3 p[3])
+{
+    for (int k = 0; k < 3; k++) p[k] = s->pos[s->tri[3 * t + k]];
+}
+
+static bool pair_is_bad(const Shape *s, int a, int b)
+{
+    Vec3 p[3], q[3];
+    corners(s, a, p);
+    corners(s, b, q);
+    return oracle(s->tri + 3 * a, p, s->tri + 3 * b, q);
+}
+
+static int find_all(const Shape *s, const uint8_t *look, TriPair **pair, int *cap)
+{
+    return intersect_find(&(TriSoup){s->ntri, s->pos, s->tri}, look, pair, cap);
+}
+
+/* Every pair of triangles, in order. Returns how many there were. */
+static int assert_like_brute_force(const Shape *s, const uint8_t *look)
+{
+    TriPair *pair = NULL;
+    int cap = 0, n = find_all(s, look, &pair, &cap), next = 0;
+    for (int a = 0; a < s->ntri; a++)
+        for (int b = a + 1; b < s->ntri; b++) {
+            bool found = next < n && pair[next].a == a && pair[next].b == b;
+            bool wanted = (!look || look[a] || look[b]) && pair_is_bad(s, a, b);
+            if (found != wanted) fail_msg("triangles %d and %d: %sfound, %swanted", a, b, found ? "" : "not ", wanted ? "" : "not ");
+            next += found;
+        }
+    assert_int_equal(next, n);
+    mem_free(pair);
+    return n;
+}
+
+static void soups_of_whole_numbers(void **state)
+{
+    (void)state;
+    static const int size[] = {2, 3, 5, 12, 60};
+    for (uint64_t seed = 1; seed <= 4; seed++)
+        for (int i = 0; i < 5; i++) {
+            Shape s = soup_of(seed % 2 ? 150 : 97, size[i] < 6 ? 300 : 40, size[i], seed);
+            assert_true(assert_like_brute_force(&s, NULL) > 50);
+            shape_free(&s);
+        }
+}
+
+static void soups_looked_at_in_part(void **state)
+{
+    (void)state;
+    uint64_t seed = 9;
+    Shape s = soup_of(200, 600, 9, 7);
+    uint8_t *look = NEW0(uint8_t, s.ntri);
+    assert_int_equal(assert_like_brute_force(&s, look), 0);
+    for (int t = 0; t < s.ntri; t++) look[t] = noise_int(&seed, 8) == 0;
+    assert_true(assert_like_brute_force(&s, look) > 10);
+    memset(look, 1, (size_t)s.ntri);
+    assert_true(assert_like_brute_force(&s, look) > 100);
+    mem_free(look);
+    shape_free(&s);
+}
+
+/* Corners of 24 bits that are nearly, or exactly, in the plane, on the edge or at the corner of another triangle. */
+static void nearly_degenerate_pairs(void **state)
+{
+    (void)state;
+    uint64_t seed = 5;
+    int hits = 0, flat = 0;
+    const int big = 1 << 22, tries = 60000;
+    for (int i = 0; i < tries; i++) {
+        Vec3 a[3], b[3];
+        for (int k = 0; k < 3; k++) a[k] = vec3(noise_int(&seed, big), noise_int(&seed, big), noise_int(&seed, big));
+        for (int k = 0; k < 3; k++) {
+            double u = noise_int(&seed, 5) / 4.0, w = noise_int(&seed, 5) / 4.0;
+            Vec3 p = v_axpy(v_axpy(a[0], u, v_sub(a[1], a[0])), w, v_sub(a[2], a[0]));
+            b[k] = vec3(rint(p.x) + noise_int(&seed, 3) - 1, rint(p.y), rint(p.z));
+        }
+        const int32_t va[3] = {0, 1, 2}, vb[3] = {3, 4, 5};
+        bool is = triangles_intersect(va, a, vb, b);
+        assert_int_equal(is, oracle(va, a, vb, b));
+        hits += is;
+        flat += orient3(a[0], a[1], a[2], b[0]) == 0;
+    }
+    assert_in_range(hits, tries / 10, tries - tries / 10);
+    assert_true(flat > 0);
+}
+
+/* Scales at which the products of coordinates span hundreds of bits. */
+static void scales_that_differ(void **state)
+{
+    (void)state;
+    Vec3 a = vec3(0x1p60, 0, 0), b = vec3(0, 0x1p60, 0), c = vec3(0, 0, 0), d = vec3(1, 1, 0x1p-100);
+    assert_int_equal(orient3(a, b, c, d), 1);
+    assert_int_equal(orient3(b, a, c, d), -1);
+    d.z = 0;
+    assert_int_equal(orient3(a, b, c, d), 0);
+    assert_int_equal(orient2(vec3(1, 1, 0), vec3(0x1p30, 0x1p30, 0), vec3(0x1p-40, 0x1p-40, 0), 2), 0);
+    assert_int_equal(orient2(vec3(1, 1, 0), vec3(0x1p30, 0x1p30, 0), vec3(0x1p-40, 0x1.000002p-40, 0), 2), 1);
+}
+
+/* --- the rule ---------------------------------------------------------------------------------------------------------------- */
+
+static void assert_pair(const int32_t vb[3], const Vec3 b[3], bool wanted)
+{
+    static const int32_t va[3] = {0, 1, 2};
+    static const Vec3 a[3] = {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}};
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) { /* whichever corner comes first, whichever way round, whichever triangle first */
+            int k[3] = {i, (i + 1) % 3, (i + 2) % 3}, l[3] = {j, (j + 1) % 3, (j + 2) % 3};
+            int32_t vp[3] = {va[k[0]], va[k[1]], va[k[2]]}, vq[3] = {vb[l[0]], vb[l[2]], vb[l[1]]};
+            Vec3 p[3] = {a[k[0]], a[k[1]], a[k[2]]}, q[3] = {b[l[0]], b[l[2]], b[l[1]]};
+            assert_int_equal(triangles_intersect(vp, p, vq, q), wanted);
+            assert_int_equal(triangles_intersect(vq, q, vp, p), wanted);
+        }
+}
+
+static void strangers_may_not_even_touch(void **state)
+{
+    (void)state;
+    static const int32_t v[3] = {7, 8, 9};
+    assert_pair(v, (Vec3[3]){{1, 1, -1}, {1, 1, 1}, {2, 1, 1}}, true);    /* through the face */
+    assert_pair(v, (Vec3[3]){{1, 1, 0}, {1, 1, 1}, {2, 1, 1}}, true);     /* a corner on the face */
+    assert_pair(v, (Vec3[3]){{4, 0, 0}, {5, 1, 1}, {5, 1, 2}}, true);     /* corners in one place that are two vertices */
+    assert_pair(v, (Vec3[3]){{2, -1, -1}, {2, -1, 1}, {2, 1, 0}}, true);  /* over an edge */
+    assert_pair(v, (Vec3[3]){{1, 1, 1}, {1, 1, 2}, {2, 1, 1}}, false);
+    assert_pair(v, (Vec3[3]){{1, 1, 0}, {2, 1, 0}, {1, 2, 0}}, true);     /* flat, inside */
+    assert_pair(v, (Vec3[3]){{-9, -9, 0}, {20, -9, 0}, {-9, 20, 0}}, true); /* flat, around */
+    assert_pair(v, (Vec3[3]){{4, 0, 0}, {8, 0, 0}, {8, 1, 0}}, true);     /* flat, corner to corner */
+    assert_pair(v, (Vec3[3]){{3, 3, 0}, {4, 3, 0}, {3, 4, 0}}, false);    /* flat, apart */
+    assert_pair(v, (Vec3[3]){{1, 1, 0}, {1, 1, 0}, {2, 1, 1}}, false);    /* no area */
+    assert_pair(v, (Vec3[3]){{1, 1, -1}, {1, 1, 1}, {1, 1, 3}}, false);
+}
+
+static void neighbours_share_a_corner_and_no_more(void **state)
+{
+    (void)state;
+    static const int32_t v[3] = {0, 8, 9};
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {-1, 0, 1}, {0, -1, 1}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {2, 2, 1}, {2, 2, 2}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {2, 1, 1}, {1, 2, -1}}, true);    /* through the face from the corner on */
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {1, 1, 0}, {1, 1, 2}}, true);     /* an edge lies on the face */
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {9, 9, 0}, {9, 9, 2}}, true);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {2, 1, 0}, {1, 2, 0}}, true);     /* flat */
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {-2, 1, 0}, {-1, -2, 0}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {2, 0, 0}, {3, -2, 0}}, true);    /* edges along each other */
+}
+
+static void edge_sharers_are_not_folded(void **state)
+{
+    (void)state;
+    static const int32_t v[3] = {0, 1, 9};
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {1, -2, 0}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {1, 2, 1}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {1, 2, 0x1p-40}}, false);
+    assert_pair(v, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {1, 2, 0}}, true);
+    assert_pair((int32_t[3]){0, 1, 2}, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, true); /* twice the same */
+}
+
+/* --- meshes ---------------------------------------------------------------------------------------------------------------- */
+
+static Mesh two_spheres(double apart)
+{
+    Mesh m;
+    mesh_init(&m);
+    mesh_take(&m, shape_sphere(3), vec3(0, 0, 0));
+    mesh_take(&m, shape_sphere(3), vec3(apart, 0.03, 0.05));
+    for (int v = 0; v < m.nvert; v++) m.pos[v] = v_round32(m.pos[v]);
+    return m;
+}
+
+static void spheres_meet_along_a_circle(void **state)
+{
+    (void)state;
+    TriPair *pair = NULL, *again = NULL;
+    int cap = 0, cap2 = 0;
+    Mesh m = two_spheres(1.7);
+    TriSoup s = {m.ntri, m.pos, m.corner};
+    int n = intersect_find(&s, NULL, &pair, &cap);
+    assert_true(n > 20);
+    for (int i = 0; i < n; i++) assert_true(pair[i].a < m.ntri / 2 && pair[i].b >= m.ntri / 2);
+    thread_set_count(4);
+    assert_int_equal(intersect_find(&s, NULL, &again, &cap2), n);
+    assert_memory_equal(pair, again, (size_t)n * sizeof *pair);
+    thread_shutdown();
+    thread_set_count(1);
+    for (int i = 0; i < n; i++) /* the dead are not there */
+        for (int k = 0; k < 3; k++) m.corner[3 * pair[i].a + k] = NONE;
+    assert_int_equal(intersect_find(&s, NULL, &pair, &cap), 0);
+    mesh_free(&m);
+    m = two_spheres(2.2);
+    assert_int_equal(intersect_find(&(TriSoup){m.ntri, m.pos, m.corner}, NULL, &pair, &cap), 0);
+    assert_int_equal(intersect_find(&(TriSoup){0, NULL, NULL}, NULL, &pair, &cap), 0);
+    mesh_free(&m);
+    mem_free(pair);
+    mem_free(again);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(strangers_may_not_even_touch),
+        cmocka_unit_test(neighbours_share_a_corner_and_no_more),
+        cmocka_unit_test(edge_sharers_are_not_folded),
+        cmocka_unit_test(soups_of_whole_numbers),
+        cmocka_unit_test(soups_looked_at_in_part),
+        cmocka_unit_test(nearly_degenerate_pairs),
+        cmocka_unit_test(scales_that_differ),
+        cmocka_unit_test(spheres_meet_along_a_circle),
+    };
+    return cmocka_run_group_tests_name("intersect", tests, NULL, NULL);
+}
