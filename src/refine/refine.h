@@ -43,5 +43,8 @@ typedef struct RefineStat {
 /* `mech` must be compact. homes->of: the mechanical vertices' components; a midpoint lands on its ends' or not at all. NULL: anywhere. Fresh identities are taken from *next_id. `out` must be zero or from an earlier call: its columns are reused. */
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
                         const Homes *homes, int32_t *next_id, RefinedMesh *out);
+/* Midpoints of triangles that run through one another go back to the middle of their edges, where they change nothing, and
+ * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the mechanical mesh too. Returns how many pairs are left; *flattened: midpoints. */
+int refine_untangle(RefinedMesh *m, const Field *field, int *flattened);
 void refine_free(Refine *memory);
 void refined_free(RefinedMesh *m);

@@ -328,6 +328,33 @@ static void midpoints_stay_at_home(void **state)
     scene_free(&s);
 }
 
+/* --- triangles that run through one another ------------------------------------------------------------------------------ */
+
+static void crossing_pieces_are_laid_flat(void **state)
+{
+    (void)state;
+    static const double k[] = {13.3, 13.6, 13.8, 8};
+    Scene s;
+    Refine memory = {0};
+    RefinedMesh m = {0};
+    int32_t next_id = 1 << 20;
+    int flattened;
+    scene_make(&s, 28, fn_ball, k, 1.5);
+    refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0}, NULL, &next_id, &m);
+    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_int_equal(flattened, 0);
+    int v = m.nvert - 1, a = m.ends[v][0], b = m.ends[v][1];
+    assert_true(a != NONE);
+    m.pos[v] = v_round32(v_axpy(m.pos[v], -17, m.normal[v])); /* out on the other side */
+    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_true(flattened > 0 && flattened < m.nvert / 2);
+    Vec3 mid = v_round32(v_mid(m.pos[a], m.pos[b]));
+    assert_true(v_dist(m.pos[v], mid) == 0);
+    refined_free(&m);
+    refine_free(&memory);
+    scene_free(&s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -340,6 +367,7 @@ int main(void)
         cmocka_unit_test(calm_surface_keeps_its_connectivity),
         cmocka_unit_test(identities_are_not_used_twice),
         cmocka_unit_test(midpoints_stay_at_home),
+        cmocka_unit_test(crossing_pieces_are_laid_flat),
     };
     return cmocka_run_group_tests_name("refine", tests, NULL, NULL);
 }

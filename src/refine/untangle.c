@@ -1,0 +1,95 @@
+/* untangle.c: refined triangles that run through one another. */
+#include "refine/refine.h"
+
+#include "mesh/intersect.h"
+
+#include <string.h>
+
+enum { ROUNDS_MAX = 12 };
+
+/* Back to the middle of its edge, which adds nothing to what the coarser triangle was. Ends come before their midpoints, so
+ * that one sweep in order settles all. */
+static void flatten(RefinedMesh *m, const uint8_t *flat, uint8_t *moved)
+{
+    for (int v = 0; v < m->nvert; v++) {
+        int a = m->ends[v][0], b = m->ends[v][1];
+        if (a == NONE || !flat[v]) continue;
+        Vec3 p = v_round32(v_mid(m->pos[a], m->pos[b]));
+        if (v_len2(v_sub(p, m->pos[v])) == 0) continue;
+        m->pos[v] = p;
+        moved[v] = 1;
+    }
+}
+
+/* Marks the midpoints of the triangles in the pairs. False: there was none left to mark. */
+static bool mark_flat(const RefinedMesh *m, int npair, const TriPair *pair, uint8_t *flat)
+{
+    bool any = false;
+    for (int i = 0; i < npair; i++)
+        for (int k = 0; k < 6; k++) {
+            int v = m->tri[3 * (k < 3 ? pair[i].a : pair[i].b) + k % 3];
+            if (m->ends[v][0] == NONE || flat[v]) continue;
+            flat[v] = 1;
+            any = true;
+        }
+    return any;
+}
+
+/* Marks all midpoints of the mechanical triangles top[...]. */
+static bool mark_parents(const RefinedMesh *m, const uint8_t *top, uint8_t *flat)
+{
+    bool any = false;
+    for (int t = 0; t < m->ntri; t++)
+        for (int k = 0; k < 3 && top[m->parent[t]]; k++) {
+            int v = m->tri[3 * t + k];
+            if (m->ends[v][0] == NONE || flat[v]) continue;
+            flat[v] = 1;
+            any = true;
+        }
+    return any;
+}
+
+/* A triangle with only some of its midpoints flat may be turned over: its parent's are all to be. top[...] is set for these. */
+static void find_turned(const RefinedMesh *m, const Field *field, const uint8_t *look, uint8_t *top)
+{
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->tri + 3 * t;
+        if (look[t] && field_triangle_inverted(field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]])) top[m->parent[t]] = 1;
+    }
+}
+
+static void look_around(const RefinedMesh *m, const uint8_t *moved, uint8_t *look)
+{
+    for (int t = 0; t < m->ntri; t++) look[t] = moved[m->tri[3 * t]] | moved[m->tri[3 * t + 1]] | moved[m->tri[3 * t + 2]];
+}
+
+int refine_untangle(RefinedMesh *m, const Field *field, int *flattened)
+{
+    TriPair *pair = NULL;
+    int cap = 0, left, ntop = 0;
+    for (int t = 0; t < m->ntri; t++) ntop = int_max(ntop, m->parent[t] + 1);
+    uint8_t *flat = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
+    *flattened = 0;
+    left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, NULL, &pair, &cap);
+    bool more = mark_flat(m, left, pair, flat);
+    for (int round = 0; (more || left) && round < ROUNDS_MAX; round++) {
+        memset(moved, 0, (size_t)m->nvert);
+        memset(top, 0, (size_t)ntop);
+        flatten(m, flat, moved);
+        look_around(m, moved, look);
+        find_turned(m, field, look, top);
+        for (int i = 0; i < left; i++) look[pair[i].a] = look[pair[i].b] = 1; /* of one that is left over, one at least stays marked */
+        left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, &pair, &cap);
+        more = mark_flat(m, left, pair, flat);
+        for (int i = 0; i < left && !more; i++) top[m->parent[pair[i].a]] = top[m->parent[pair[i].b]] = 1;
+        more = mark_parents(m, top, flat) || more;
+        if (!more) break;
+    }
+    for (int v = 0; v < m->nvert; v++) *flattened += flat[v];
+    mem_free(pair);
+    mem_free(flat);
+    mem_free(moved);
+    mem_free(look);
+    mem_free(top);
+    return left;
+}
