@@ -1,5 +1,5 @@
 /* mesh.c: building, sweeping, components and the invariant's check. */
-#include "mesh/mesh.h"
+#include "mesh/mesh_priv.h"
 
 #include "base/hash.h"
 
@@ -163,6 +163,56 @@ void mesh_drop_components(Mesh *m, const int32_t *tri_comp, const uint8_t *drop)
         for (int k = 0; k < 3; k++) m->corner[3 * t + k] = NONE;
         m->deadtri++;
     }
+}
+
+static void kill_triangles(Mesh *m, const uint8_t *drop)
+{
+    for (int t = 0; t < m->ntri; t++) {
+        if (tri_is_dead(m, t) || !drop[t]) continue;
+        for (int h = 3 * t; h < 3 * t + 3; h++) {
+            if (m->opp[h] != NONE) m->opp[m->opp[h]] = NONE;
+            m->out[m->corner[h]] = NONE;
+            m->corner[h] = NONE;
+        }
+        m->deadtri++;
+    }
+}
+
+/* Joins the half-edges that have no opposite. */
+static void close_gaps(Mesh *m)
+{
+    int open = 0;
+    for (int h = 0; h < 3 * m->ntri; h++) open += m->corner[h] != NONE && m->opp[h] == NONE;
+    Map edge;
+    map_init(&edge, open);
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (m->corner[h] == NONE || m->opp[h] != NONE) continue;
+        int32_t seen = map_put(&edge, key_pair(he_from(m, h), he_to(m, h)), h);
+        ASSERT(seen == h);
+    }
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (m->corner[h] == NONE || m->opp[h] != NONE) continue;
+        int g = map_get(&edge, key_pair(he_to(m, h), he_from(m, h)));
+        ASSERT(g != NONE);
+        m->opp[h] = g;
+        m->opp[g] = h;
+    }
+    map_free(&edge);
+}
+
+void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, int ntri, const int32_t *tri)
+{
+    uint8_t *alive = NEW(uint8_t, m->nvert);
+    int before = m->nvert;
+    for (int v = 0; v < before; v++) alive[v] = !vert_is_dead(m, v);
+    kill_triangles(m, drop);
+    for (int v = 0; v < nvert_new; v++) mesh_add_vert(m, pos[v], m->next_id++);
+    for (int t = 0; t < ntri; t++) mesh_add_tri(m, tri[3 * t], tri[3 * t + 1], tri[3 * t + 2]);
+    close_gaps(m);
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (m->corner[h] != NONE) m->out[m->corner[h]] = h;
+    for (int v = 0; v < before; v++) m->deadvert += alive[v] && vert_is_dead(m, v);
+    mem_free(alive);
 }
 
 int mesh_valence(const Mesh *m, int v)

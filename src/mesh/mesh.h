@@ -47,6 +47,10 @@ int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp);
 /* Kills every triangle (and vertex) for which drop[component] is set. */
 void mesh_drop_components(Mesh *m, const int32_t *tri_comp, const uint8_t *drop);
 
+/* Takes out the triangles drop[ntri] and puts `ntri` new ones in, which must close the gaps: tri[3*ntri] names vertices of the mesh
+ * and, from nvert on, the `nvert_new` new ones at pos (fresh identities). Vertices left without a triangle die. */
+void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, int ntri, const int32_t *tri);
+
 int mesh_valence(const Mesh *m, int v);
 Vec3 mesh_tri_area2(const Mesh *m, int t); /* twice the area times the unit normal */
 double mesh_edge_length(const Mesh *m, int h);

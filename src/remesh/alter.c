@@ -25,7 +25,7 @@ static int alter_split(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(m, rules->e_max * rules->rest, 1e300, true, &edge), splits = 0;
+    int n = remesh_edges_by_length(r, rules->e_max * rules->rest, 1e300, true, &edge), splits = 0;
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
         if (m->flag[h] || change_of(m, h) <= -rules->eps * rules->rest) continue; /* it has been shrinking */
@@ -57,7 +57,7 @@ static int alter_collapse(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(m, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
+    int n = remesh_edges_by_length(r, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
     uint8_t *droplet = find_droplets(r);
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
@@ -91,7 +91,7 @@ static int collapse_below(Remesh *r, double limit, const Limits *limits)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(m, -1, limit, false, &edge), collapses = 0;
+    int n = remesh_edges_by_length(r, -1, limit, false, &edge), collapses = 0;
     uint8_t *moved = NEW0(uint8_t, m->nvert);
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
@@ -110,15 +110,17 @@ static int collapse_below(Remesh *r, double limit, const Limits *limits)
 static int split_above(Remesh *r, double limit)
 {
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(r->mesh, limit, 1e300, true, &edge);
+    int n = remesh_edges_by_length(r, limit, 1e300, true, &edge);
     for (int i = 0; i < n; i++) remesh_split(r, remesh_find_edge(r->mesh, &edge[i])); /* splits take no edge of the list away */
     mem_free(edge);
     return n;
 }
 
-static void forget_steps(Mesh *m)
+static void forget_steps(const Remesh *r)
 {
+    Mesh *m = r->mesh;
     for (int h = 0; h < 3 * m->ntri; h++) {
+        if (!remesh_in_zone(r, he_from(m, h)) && !remesh_in_zone(r, he_to(m, h))) continue;
         m->flag[h] = 0;
         m->length[h] = -1;
     }
@@ -133,7 +135,7 @@ RemeshStat remesh_coarsen(Remesh *r)
         stat.flips += remesh_flip(r, 0.05);
     }
     for (int k = 0; k < 3; k++) {
-        remesh_smooth(r, 2);
+        remesh_smooth(r, 1);
         stat.splits += split_above(r, COARSEN_LONG * r->edge);
         stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
@@ -141,10 +143,10 @@ RemeshStat remesh_coarsen(Remesh *r)
     for (int k = 0; k < 2; k++) {
         stat.collapses += collapse_below(r, COARSEN_TIDY * r->edge, &LIMITS_TIDY);
         stat.flips += remesh_flip_within(r, 0.05, &LIMITS_TIDY);
-        remesh_smooth(r, 2);
+        remesh_smooth(r, 1);
     }
     stat.flips += remesh_flip(r, 0.1);
     remesh_compact(r, NULL);
-    forget_steps(r->mesh);
+    forget_steps(r);
     return stat;
 }

@@ -1,5 +1,7 @@
 #include "remesh/remesh_priv.h"
 
+#define WANTED_LOSS 0.15 /* of quality, that an edge wanted may cost: less than the gain for which it would be flipped back */
+
 /* What the quad a d b c around h looks like with either diagonal. */
 static void compare_diagonals(const Remesh *r, int h, Fitness *now, Fitness *then, double *length)
 {
@@ -25,6 +27,13 @@ static bool stays_close(const Remesh *r, int h, const Limits *limits)
     return then <= real_max(triangle_deviation(r->field, (Vec3[3]){a, b, c}), triangle_deviation(r->field, (Vec3[3]){b, a, d}));
 }
 
+static bool touches_zone(const Remesh *r, int h)
+{
+    const Mesh *m = r->mesh;
+    int across[2] = {m->corner[he_prev(h)], m->corner[he_prev(m->opp[h])]};
+    return remesh_in_zone(r, he_from(m, h)) || remesh_in_zone(r, he_to(m, h)) || remesh_in_zone(r, across[0]) || remesh_in_zone(r, across[1]);
+}
+
 int remesh_flip(Remesh *r, double gain) { return remesh_flip_within(r, gain, &LIMITS_EDIT); }
 
 int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
@@ -32,12 +41,33 @@ int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
     Mesh *m = r->mesh;
     int flips = 0;
     for (int h = 0; h < 3 * m->ntri; h++) {
-        if (tri_is_dead(m, h / 3) || h > m->opp[h]) continue;
+        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h)) continue;
         Fitness now, then;
         double length;
         compare_diagonals(r, h, &now, &then, &length);
         if (then.quality < now.quality + gain || length > limits->longest * r->edge) continue;
         if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) continue;
+        mesh_flip_edge(m, h);
+        flips++;
+    }
+    return flips;
+}
+
+static uint64_t key_of(const Mesh *m, int a, int b) { return key_pair(int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b])); }
+
+int remesh_flip_towards(Remesh *r, const Map *wanted)
+{
+    Mesh *m = r->mesh;
+    int flips = 0;
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h)) continue;
+        int c = m->corner[he_prev(h)], d = m->corner[he_prev(m->opp[h])];
+        if (map_get(wanted, key_of(m, c, d)) == NONE || map_get(wanted, key_of(m, he_from(m, h), he_to(m, h))) != NONE) continue;
+        Fitness now, then;
+        double length;
+        compare_diagonals(r, h, &now, &then, &length);
+        if (then.quality < now.quality - WANTED_LOSS || then.facing < real_min(LIMITS_EDIT.facing, now.facing)) continue;
+        if (!mesh_can_flip(m, h) || !stays_close(r, h, &LIMITS_TIDY)) continue;
         mesh_flip_edge(m, h);
         flips++;
     }

@@ -100,9 +100,12 @@ static bool heal_by_move(Remesh *r, int t)
     return false;
 }
 
-static bool is_frozen(const Mesh *m, int t, const uint8_t *frozen)
+static bool is_held(const Remesh *r, int v, const uint8_t *frozen) { return (frozen && frozen[v]) || !remesh_in_zone(r, v); }
+
+static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
 {
-    return frozen && frozen[m->corner[3 * t]] && frozen[m->corner[3 * t + 1]] && frozen[m->corner[3 * t + 2]];
+    const int32_t *c = r->mesh->corner + 3 * t;
+    return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
@@ -114,7 +117,7 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
         for (int t = 0; t < m->ntri; t++) {
             if (tri_is_dead(m, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
             seen++;
-            if (is_frozen(m, t, frozen)) continue;
+            if (is_frozen(r, t, frozen)) continue;
             healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);
         }
         if (round == 0) *found = seen;
@@ -171,7 +174,7 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen)
     Mesh *m = r->mesh;
     int left = 0;
     for (int v = 0; v < m->nvert; v++) {
-        if (vert_is_dead(m, v) || (frozen && frozen[v]) || !is_astray(r, v)) continue;
+        if (vert_is_dead(m, v) || is_held(r, v, frozen) || !is_astray(r, v)) continue;
         Vec3 p = m->pos[v];
         if (remesh_land_point(r, v, &p, 0.5 * r->edge) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
             m->pos[v] = p;

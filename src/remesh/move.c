@@ -22,7 +22,7 @@ static void move_block(void *ctx, int begin, int end)
     MoveJob *job = ctx;
     Remesh *r = job->r;
     for (int v = begin; v < end; v++) {
-        if (vert_is_dead(r->mesh, v) || (job->frozen && job->frozen[v])) continue;
+        if (vert_is_dead(r->mesh, v) || (job->frozen && job->frozen[v]) || !remesh_in_zone(r, v)) continue;
         Vec3 p = job->target[v];
         job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge);
         if (job->stays[v]) continue;
@@ -80,7 +80,7 @@ static bool take_back(MoveJob *job)
         job->state[t] = FINE;
         for (int k = 0; k < 3; k++) {
             int v = m->corner[3 * t + k];
-            if (job->stays[v] || (job->frozen && job->frozen[v])) continue;
+            if (job->stays[v] || (job->frozen && job->frozen[v]) || !remesh_in_zone(job->r, v)) continue;
             job->stays[v] = 1;
             m->pos[v] = job->old_pos[v];
             job->r->normal[v] = job->old_normal[v];
@@ -122,7 +122,7 @@ static void smooth_block(void *ctx, int begin, int end)
     SmoothJob *job = ctx;
     const Mesh *m = job->r->mesh;
     for (int v = begin; v < end; v++) {
-        if (vert_is_dead(m, v)) continue;
+        if (vert_is_dead(m, v) || !remesh_in_zone(job->r, v)) continue;
         Vec3 sum = vec3(0, 0, 0), p = m->pos[v], n = job->r->normal[v];
         double weight = 0;
         int h = m->out[v];

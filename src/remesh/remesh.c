@@ -8,6 +8,10 @@
 
 enum { GRAIN = 512 };
 
+const Limits LIMITS_EDIT = {0.65, 0.25, 0.2, 1.45};
+const Limits LIMITS_MOVE = {0.3, 0.15, 0.3, 0};
+const Limits LIMITS_TIDY = {0.4, 0.25, 0.35, 1.7};
+
 /* --- guards ------------------------------------------------------------------------------------------------------ */
 
 double triangle_deviation(const Field *f, const Vec3 p[3])
@@ -47,6 +51,7 @@ void remesh_make_room(Remesh *r)
     r->cap = int_max(r->mesh->nvert, 2 * r->cap);
     RESIZE(r->normal, r->cap);
     if (r->homes.is_home) RESIZE(r->home, r->cap);
+    if (r->zone) RESIZE(r->zone, r->cap);
 }
 
 bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach)
@@ -67,6 +72,7 @@ void remesh_compact(Remesh *r, int32_t *vert_to)
         if (to[v] == NONE) continue;
         r->normal[to[v]] = r->normal[v];
         if (r->home) r->home[to[v]] = r->home[v];
+        if (r->zone) r->zone[to[v]] = r->zone[v];
     }
     if (!vert_to) mem_free(to);
 }
@@ -93,8 +99,18 @@ void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const 
     parallel_for(mesh->nvert, GRAIN, normals_block, &(NormalJob){r, NULL});
 }
 
+void remesh_confine(Remesh *r, int first)
+{
+    r->zone = NEW(uint8_t, r->cap);
+    const Mesh *m = r->mesh;
+    for (int v = 0; v < m->nvert; v++) r->zone[v] = v < first ? ZONE_FIXED : ZONE_FRESH;
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!tri_is_dead(m, h / 3) && he_from(m, h) < first && he_to(m, h) >= first) r->zone[he_from(m, h)] = ZONE_MOVES;
+}
+
 void remesh_end(Remesh *r)
 {
+    mem_free(r->zone);
     mem_free(r->normal);
     mem_free(r->home);
     *r = (Remesh){0};
@@ -144,12 +160,13 @@ static int longer_first(const void *pa, const void *pb)
     return a->h < b->h ? -1 : 1;
 }
 
-int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, EdgeEnds **edges)
+int remesh_edges_by_length(const Remesh *r, double lo, double hi, bool descending, EdgeEnds **edges)
 {
+    const Mesh *m = r->mesh;
     EdgeEnds *e = NULL;
     int n = 0, cap = 0;
     for (int h = 0; h < 3 * m->ntri; h++) {
-        if (tri_is_dead(m, h / 3) || h > m->opp[h]) continue;
+        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !(remesh_in_zone(r, he_from(m, h)) || remesh_in_zone(r, he_to(m, h)))) continue;
         double l = mesh_edge_length(m, h);
         if (!(l > lo && l < hi)) continue;
         RESERVE(e, cap, n + 1);
@@ -187,6 +204,7 @@ void remesh_split(Remesh *r, int h)
     remesh_make_room(r);
     r->normal[v] = n;
     if (r->home) r->home[v] = r->home[a];
+    if (r->zone) r->zone[v] = ZONE_FRESH;
 }
 
 /* The triangles around v that hold w not, in turn: h runs over the half-edges that leave v. */
@@ -273,12 +291,14 @@ bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
         h = m->opp[h];
         a = he_from(m, h), b = he_to(m, h);
     }
+    if (r->zone && r->zone[b] < ZONE_FRESH) return false;
     Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
     Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
+    bool fixed = !remesh_in_zone(r, a); /* then the place is its own */
     Fitness before = fitness_best();
     ring_fitness(r, a, b, &before);
     ring_fitness(r, b, a, &before);
-    for (int k = 0; k < 3; k++) {
+    for (int k = fixed ? 1 : 0; k < (fixed ? 2 : 3); k++) {
         double longest2 = 0;
         if (!ring_allows(r, a, b, place[k], normal[k], before, limits, &longest2) || !ring_allows(r, b, a, place[k], normal[k], before, limits, &longest2)) continue;
         if (!stays_close(r, a, b, place[k], longest2, limits)) continue;

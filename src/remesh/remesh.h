@@ -9,13 +9,17 @@
 #pragma once
 #include "field/field.h"
 #include "field/homes.h"
+#include "base/hash.h"
 #include "mesh/mesh.h"
+
+enum { ZONE_FIXED, ZONE_MOVES, ZONE_FRESH }; /* stays; may move; may be collapsed as well */
 
 typedef struct Remesh {
     Mesh *mesh;
     const Field *field;
     Vec3 *normal;  /* [mesh->nvert] outward unit normals of the field at the vertices, kept through edits */
     int32_t *home; /* [mesh->nvert] kept through edits; NULL: no vertex is bound */
+    uint8_t *zone; /* [mesh->nvert] ZONE_..., kept through edits: what coarsening and smoothing may do; NULL: ZONE_FRESH everywhere */
     int cap;
     double edge;   /* mean edge length wanted, world units */
     Homes homes;
@@ -28,6 +32,8 @@ typedef struct RemeshStat {
 /* Borrows mesh and field; computes the normals. `homes` may be NULL. */
 void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes);
 void remesh_end(Remesh *r);
+/* Confines coarsening and smoothing to the vertices from `first` on, and movement to them and the neighbours they have now. */
+void remesh_confine(Remesh *r, int first);
 /* Sweeps the dead out of the mesh, its normals and homes along; vert_to as mesh_compact's. */
 void remesh_compact(Remesh *r, int32_t *vert_to);
 
@@ -42,6 +48,9 @@ RemeshStat remesh_alter(Remesh *r, const AlterRules *rules);
 /* Flips edges whose two triangles gain at least `gain` in their lesser quality (1 is equilateral). Beyond the paper:
  * split and collapse alone leave valences of four and eight behind. Returns how many. */
 int remesh_flip(Remesh *r, double gain);
+
+/* Flips edges that are not wanted to ones that are, where the guards allow it: wanted has key_pair(lesser id, greater id). */
+int remesh_flip_towards(Remesh *r, const Map *wanted);
 
 /* Moves every vertex to target[v] and lands it on the surface; a vertex whose move would harm a triangle around it, or
  * that finds no surface, stays where it was. `frozen` (may be NULL): vertices that do not move. Returns how many stayed

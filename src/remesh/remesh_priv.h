@@ -12,9 +12,7 @@ typedef struct Limits {
     double longest;       /* no edge grows beyond this, in edges wanted */
 } Limits;
 
-static const Limits LIMITS_EDIT = {0.65, 0.25, 0.2, 1.45};
-static const Limits LIMITS_MOVE = {0.3, 0.15, 0.3, 0};     /* laxer, or tight places would freeze */
-static const Limits LIMITS_TIDY = {0.4, 0.25, 0.35, 1.7};   /* to be rid of very short edges and needles */
+extern const Limits LIMITS_EDIT, LIMITS_MOVE /* laxer, or tight places would freeze */, LIMITS_TIDY /* to be rid of very short edges and needles */;
 
 #define DEVIATION_FAR_VOX 2.0     /* farther is not measured: where the gradient vanishes the estimate is worth nothing */
 #define DEVIATION_EDGE_VOX 1.0    /* triangles of shorter edges cannot deviate, and are not looked at */
@@ -37,6 +35,8 @@ static inline bool fitness_allows(Fitness before, Fitness after, const Limits *l
 /* How far a triangle's centroid is from the surface, to first order, in voxels; at most DEVIATION_FAR_VOX. */
 double triangle_deviation(const Field *f, const Vec3 p[3]);
 
+static inline bool remesh_in_zone(const Remesh *r, int v) { return !r->zone || r->zone[v]; }
+
 /* The field's outward unit normal at p. */
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
 /* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p is as it was. */
@@ -56,8 +56,8 @@ typedef struct EdgeEnds {
     int32_t h, from, to;
 } EdgeEnds;
 
-/* Live edges of a length between lo and hi, sorted by it (ascending or descending, ties by index); the caller frees them. */
-int remesh_edges_by_length(const Mesh *m, double lo, double hi, bool descending, EdgeEnds **edges);
+/* Live edges with an end in the zone, of a length between lo and hi, sorted by it (ascending or descending, ties by index); the caller frees them. */
+int remesh_edges_by_length(const Remesh *r, double lo, double hi, bool descending, EdgeEnds **edges);
 /* The half-edge between the ends, or NONE if the edge is gone. */
 int remesh_find_edge(const Mesh *m, const EdgeEnds *e);
 /* Lands all vertices that `moved` marks (NULL: all) and renews their normals; those lost stay. */

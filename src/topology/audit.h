@@ -13,25 +13,14 @@ typedef struct AuditMesh {
 typedef struct AuditStat {
     int wrong_mesh;       /* mesh components that match nothing, or wrongly */
     int wrong_iso;        /* components of the isosurface without their right mesh */
-    int strayed;          /* vertices that lie on no crossed cell, or on another component's */
     int euler_errors;     /* pairs whose Euler characteristics differ */
-    int degenerate;       /* triangles without area */
     int size_errors;      /* pairs whose volumes or extents have nothing to do with each other */
-    int uncovered_cells;  /* crossed cells without mesh near them */
-    int far_triangles;    /* triangles that cut through the air or the inside */
 } AuditStat;
 
-enum {
-    AUDIT_COVERAGE = 1, /* too much of a component without mesh near it makes it bad */
-    AUDIT_FAR = 8,      /* so does too much of its mesh far from it: outrun, it is better made anew */
-    AUDIT_SIZE = 4,     /* so does a volume or an extent that is not the component's (specks excepted) */
-    AUDIT_STRAYS = 2,   /* so does a single vertex that is not on its surface, or a triangle without area */
-};
-
-/* Matches the components one to one. mesh_bad[mesh->ncomp] and iso_bad[iso->ncomp] are set for those that are not exactly
- * matched: a different Euler characteristic, several mesh components on one
- * of the isosurface, and what `rules` add. partner[mesh->ncomp] (may be NULL): the component each lies on, or NONE. */
-AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, int rules, uint8_t *mesh_bad, uint8_t *iso_bad, int32_t *partner);
+/* Matches the components one to one. mesh_bad[mesh->ncomp] and iso_bad[iso->ncomp] are set for those that are not exactly matched:
+ * a different Euler characteristic, several mesh components on one of the isosurface, and, with `sizes`, a volume or
+ * an extent that is not the component's (specks excepted). partner[mesh->ncomp]: the component each lies on, or NONE. */
+AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool sizes, uint8_t *mesh_bad, uint8_t *iso_bad, int32_t *partner);
 
 /* home[mesh->nvert]: the component of the isosurface that most of the vertex's mesh component lies on, or NONE. */
 void audit_homes(const IsoSurface *iso, const AuditMesh *mesh, int32_t *home);

@@ -229,16 +229,39 @@ static int cell_of_index(const IsoSurface *iso, Vec3 q)
     return b == NONE ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 
+int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)
+{
+    const Field *f = iso->field;
+    int brick = iso->cell_at[cell] / LOCAL, local = iso->cell_at[cell] % LOCAL;
+    int x = (local & 7) + dx, y = (local >> 3 & 7) + dy, z = (local >> 6) + dz;
+    if ((x | y | z) & ~7) {
+        const int *o = f->origin[brick];
+        brick = field_brick(f, o[0] + x, o[1] + y, o[2] + z);
+    }
+    return brick == NONE ? NONE : iso->cell_index[brick * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
+}
+
 int iso_cell_at(const IsoSurface *iso, Vec3 p) { return cell_of_index(iso, affine_to_index(&iso->field->xform, p)); }
 
 /* Rounding puts a point that lies on a cell's face beside the cell: look a little around. */
-static int cell_near(const IsoSurface *iso, Vec3 p)
+int iso_cell_near(const IsoSurface *iso, Vec3 p)
 {
     const double d = 1e-3;
     Vec3 q = affine_to_index(&iso->field->xform, p);
     int c = cell_of_index(iso, q);
     for (int k = 0; c == NONE && k < 27; k++) c = cell_of_index(iso, v_add(q, vec3(d * (k % 3 - 1), d * (k / 3 % 3 - 1), d * (k / 9 - 1))));
     return c;
+}
+
+void iso_mark_cells(const IsoSurface *iso, Vec3 a, Vec3 b, Vec3 c, uint8_t *hit)
+{
+    double longest = sqrt(real_max(v_len2(v_sub(b, a)), real_max(v_len2(v_sub(c, b)), v_len2(v_sub(a, c)))));
+    int n = int_clamp((int)(longest / iso->field->voxel) + 1, 1, 16);
+    for (int i = 0; i <= n; i++)
+        for (int j = 0; j <= n - i; j++) {
+            int cell = iso_cell_at(iso, v_axpy(v_axpy(a, (double)i / n, v_sub(b, a)), (double)j / n, v_sub(c, a)));
+            if (cell != NONE) hit[cell] = 1;
+        }
 }
 
 /* From an index-space point to the nearest of a loop's crossings and their mean; squared. */
@@ -249,23 +272,30 @@ static double distance_to_loop(const IsoSurface *iso, int loop, Vec3 p)
     return best;
 }
 
-int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
+int iso_loop_at(const IsoSurface *iso, Vec3 p)
 {
-    int c = cell_near(iso, p), comp = NONE;
-    *sure = true;
+    int c = iso_cell_near(iso, p);
     if (c == NONE) return NONE;
-    int first = iso->cell_loop[c], last = iso->cell_loop[c + 1];
-    comp = iso_loop_component(iso, first);
-    for (int l = first + 1; l < last; l++)
-        if (iso_loop_component(iso, l) != comp) *sure = false;
-    if (*sure) return comp;
+    int first = iso->cell_loop[c], last = iso->cell_loop[c + 1], nearest = first;
+    if (last == first + 1) return first;
     double best = 1e300;
     Vec3 q = affine_to_index(&iso->field->xform, p);
     for (int l = first; l < last; l++) {
         double d = distance_to_loop(iso, l, q);
-        if (d < best) best = d, comp = iso_loop_component(iso, l);
+        if (d < best) best = d, nearest = l;
     }
-    return comp;
+    return nearest;
+}
+
+int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
+{
+    int c = iso_cell_near(iso, p);
+    *sure = true;
+    if (c == NONE) return NONE;
+    int first = iso->cell_loop[c], comp = iso_loop_component(iso, first);
+    for (int l = first + 1; l < iso->cell_loop[c + 1]; l++)
+        if (iso_loop_component(iso, l) != comp) *sure = false;
+    return *sure ? comp : iso_loop_component(iso, iso_loop_at(iso, p));
 }
 
 bool iso_is_home(const void *ctx, int32_t home, Vec3 p)

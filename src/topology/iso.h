@@ -35,14 +35,35 @@ void iso_free(IsoSurface *iso);
 /* The component whose surface a world point lies on: of the loop nearest to it in its cell, or, for points that
  * rounding put beside their cell, in a neighbour's. NONE: no crossed cell there. *sure: no other component is in that cell. */
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure);
+int iso_loop_at(const IsoSurface *iso, Vec3 p); /* that loop, or NONE */
 int iso_loop_component(const IsoSurface *iso, int loop);
-/* The crossed cell that holds a world point, or NONE. */
+/* The crossed cell (dx, dy, dz) cells away from one that is crossed, or NONE. */
+int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz);
+/* The crossed cell that holds a world point, or NONE. _near: or one that rounding put it beside. */
 int iso_cell_at(const IsoSurface *iso, Vec3 p);
+int iso_cell_near(const IsoSurface *iso, Vec3 p);
+
+/* Sets hit[ncell] for the crossed cells that a triangle passes through, sampled at most about a voxel apart. */
+void iso_mark_cells(const IsoSurface *iso, Vec3 a, Vec3 b, Vec3 c, uint8_t *hit);
 
 /* For Homes: whether p lies on component `home` (ctx is the IsoSurface). */
 bool iso_is_home(const void *ctx, int32_t home, Vec3 p);
 
+/* The reference: marching-cubes triangles of exactly the trilinear topology, outward-facing in world space. */
+typedef struct IsoTriangles {
+    int nvert, ntri;
+    Vec3 *pos;      /* [nvert] world units */
+    int32_t *home;  /* [nvert] component */
+    int32_t *tri;   /* [3*ntri] */
+    int32_t *cell;  /* [ntri] the crossed cell each lies in */
+} IsoTriangles;
+
+/* The triangles of the components want_comp[ncomp] and of the cells want_cell[ncell] (either may be NULL): closed for
+ * components, with rims where the cells wanted end. */
+void iso_triangles(const IsoSurface *iso, const uint8_t *want_comp, const uint8_t *want_cell, IsoTriangles *out);
+void iso_triangles_free(IsoTriangles *t);
+
 /* Appends to an empty mesh the marching-cubes triangles of the components chosen (want[ncomp]), outward-facing in
- * world space: the reference, of exactly the trilinear topology. Vertices get fresh identities from mesh->next_id.
+ * world space. Vertices get fresh identities from mesh->next_id.
  * *home (may be NULL) gets an array of each vertex's component, the caller's to free. */
 void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh, int32_t **home);

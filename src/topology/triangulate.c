@@ -5,35 +5,38 @@
  * 2-manifold whatever the ambiguous cells do. Its geometry there is rough: it is a topology and a place to start from. */
 #include "topology/iso.h"
 
+#define CENTRE_APART_VOX 0.03
 #define TUNNEL_DRAW 0.25 /* how far a tunnel's ring is drawn towards its axis, off the cell's faces */
 
 typedef struct Weaver {
     const IsoSurface *iso;
-    int nvert, capvert, ntri, captri;
-    Vec3 *pos;
-    int32_t *tri;
-    int32_t *vert_of; /* [nedge] */
-    int32_t *home;    /* [nvert] component */
-    int caphome, comp; /* the component being woven */
+    IsoTriangles *out;
+    int capvert, caphome, captri, capcell;
+    int32_t *vert_of;  /* [nedge] */
+    int cell, comp;    /* being woven */
 } Weaver;
 
 static int add_vert(Weaver *w, Vec3 p)
 {
-    RESERVE(w->pos, w->capvert, w->nvert + 1);
-    RESERVE(w->home, w->caphome, w->nvert + 1);
-    w->pos[w->nvert] = p;
-    w->home[w->nvert] = w->comp;
-    return w->nvert++;
+    IsoTriangles *o = w->out;
+    RESERVE(o->pos, w->capvert, o->nvert + 1);
+    RESERVE(o->home, w->caphome, o->nvert + 1);
+    o->pos[o->nvert] = p;
+    o->home[o->nvert] = w->comp;
+    return o->nvert++;
 }
 
 static void add_tri(Weaver *w, int a, int b, int c)
 {
-    RESERVE(w->tri, w->captri, 3 * (w->ntri + 1));
-    int32_t *t = w->tri + 3 * w->ntri++;
+    IsoTriangles *o = w->out;
+    RESERVE(o->tri, w->captri, 3 * (o->ntri + 1));
+    RESERVE(o->cell, w->capcell, o->ntri + 1);
+    int32_t *t = o->tri + 3 * o->ntri;
     bool mirrored = w->iso->field->mirrored;
     t[0] = a;
     t[1] = mirrored ? c : b;
     t[2] = mirrored ? b : c;
+    o->cell[o->ntri++] = w->cell;
 }
 
 static int ring_of(Weaver *w, int loop, int ring[12])
@@ -51,8 +54,19 @@ static int ring_of(Weaver *w, int loop, int ring[12])
 static Vec3 mean_of(const Weaver *w, int n, const int *ring)
 {
     Vec3 m = vec3(0, 0, 0);
-    for (int k = 0; k < n; k++) m = v_axpy(m, 1.0 / n, w->pos[ring[k]]);
+    for (int k = 0; k < n; k++) m = v_axpy(m, 1.0 / n, w->out->pos[ring[k]]);
     return m;
+}
+
+/* The mean, landed where that leads to no corner. */
+static Vec3 centre_of(const Weaver *w, int n, const int *ring)
+{
+    double voxel = w->iso->field->voxel;
+    Vec3 mean = mean_of(w, n, ring), c = mean;
+    field_project(w->iso->field, 1, &c, 0.4 * voxel, NULL);
+    for (int k = 0; k < n; k++)
+        if (v_dist(c, w->out->pos[ring[k]]) < CENTRE_APART_VOX * voxel) return mean;
+    return c;
 }
 
 static void weave_disc(Weaver *w, int loop)
@@ -62,13 +76,11 @@ static void weave_disc(Weaver *w, int loop)
         add_tri(w, r[0], r[1], r[2]);
     } else if (n == 4 && w->iso->loop_plain[loop]) {
         /* no two opposite crossings of a plain quad share a face of the cell: the diagonal is its own. The shorter one. */
-        bool turn = v_dist(w->pos[r[1]], w->pos[r[3]]) < v_dist(w->pos[r[0]], w->pos[r[2]]);
+        bool turn = v_dist(w->out->pos[r[1]], w->out->pos[r[3]]) < v_dist(w->out->pos[r[0]], w->out->pos[r[2]]);
         add_tri(w, r[turn], r[turn + 1], r[turn + 2]);
         add_tri(w, r[turn], r[turn + 2], r[(turn + 3) & 3]);
     } else {
-        Vec3 c = mean_of(w, n, r);
-        field_project(w->iso->field, 1, &c, 0.4 * w->iso->field->voxel, NULL);
-        int m = add_vert(w, c);
+        int m = add_vert(w, centre_of(w, n, r));
         for (int k = 0; k < n; k++) add_tri(w, r[k], r[(k + 1) % n], m);
     }
 }
@@ -80,7 +92,7 @@ static int best_turn(const Weaver *w, int na, const int *a, int nb, const int *b
     double least = 1e300;
     for (int s = 0; s < nb; s++) {
         double sum = 0;
-        for (int i = 0; i < na; i++) sum += v_dist(w->pos[a[i]], w->pos[b[((s - i * nb / na) % nb + nb) % nb]]);
+        for (int i = 0; i < na; i++) sum += v_dist(w->out->pos[a[i]], w->out->pos[b[((s - i * nb / na) % nb + nb) % nb]]);
         if (sum < least) least = sum, best = s;
     }
     return best;
@@ -92,7 +104,7 @@ static void weave_tunnel(Weaver *w, int loop_a, int loop_b)
     int a[12], b[12], m[12], na = ring_of(w, loop_a, a), nb = ring_of(w, loop_b, b), s = best_turn(w, na, a, nb, b);
     Vec3 axis = v_mid(mean_of(w, na, a), mean_of(w, nb, b));
     for (int i = 0; i < na; i++) {
-        Vec3 half = v_mid(w->pos[a[i]], w->pos[b[((s - i * nb / na) % nb + nb) % nb]]);
+        Vec3 half = v_mid(w->out->pos[a[i]], w->out->pos[b[((s - i * nb / na) % nb + nb) % nb]]);
         m[i] = add_vert(w, v_mix(half, axis, TUNNEL_DRAW));
     }
     for (int i = 0; i < na; i++) {
@@ -112,22 +124,40 @@ static void weave_tunnel(Weaver *w, int loop_a, int loop_b)
     }
 }
 
+void iso_triangles(const IsoSurface *iso, const uint8_t *want_comp, const uint8_t *want_cell, IsoTriangles *out)
+{
+    *out = (IsoTriangles){0};
+    Weaver w = {.iso = iso, .out = out, .vert_of = NEW(int32_t, iso->nedge)};
+    for (int e = 0; e < iso->nedge; e++) w.vert_of[e] = NONE;
+    for (w.cell = 0; w.cell < iso->ncell; w.cell++)
+        for (int l = iso->cell_loop[w.cell]; l < iso->cell_loop[w.cell + 1]; l++) {
+            w.comp = iso_loop_component(iso, l);
+            if (!(want_comp && want_comp[w.comp]) && !(want_cell && want_cell[w.cell])) continue;
+            int mate = iso->loop_mate[l];
+            if (mate == NONE) weave_disc(&w, l);
+            else if (mate > l) weave_tunnel(&w, l, mate);
+        }
+    mem_free(w.vert_of);
+}
+
+void iso_triangles_free(IsoTriangles *t)
+{
+    mem_free(t->pos);
+    mem_free(t->home);
+    mem_free(t->tri);
+    mem_free(t->cell);
+    *t = (IsoTriangles){0};
+}
+
 void iso_triangulate(const IsoSurface *iso, const uint8_t *want, Mesh *mesh, int32_t **home)
 {
     ASSERT(mesh->ntri == 0);
-    Weaver w = {.iso = iso, .vert_of = NEW(int32_t, iso->nedge)};
-    for (int e = 0; e < iso->nedge; e++) w.vert_of[e] = NONE;
-    for (int l = 0; l < iso->nloop; l++) {
-        w.comp = iso_loop_component(iso, l);
-        if (!want[w.comp]) continue;
-        int mate = iso->loop_mate[l];
-        if (mate == NONE) weave_disc(&w, l);
-        else if (mate > l) weave_tunnel(&w, l, mate);
+    IsoTriangles t;
+    iso_triangles(iso, want, NULL, &t);
+    mesh_append(mesh, t.nvert, t.pos, NULL, t.ntri, t.tri);
+    if (home) {
+        *home = t.home;
+        t.home = NULL;
     }
-    mesh_append(mesh, w.nvert, w.pos, NULL, w.ntri, w.tri);
-    mem_free(w.pos);
-    mem_free(w.tri);
-    mem_free(w.vert_of);
-    if (home) *home = w.home;
-    else mem_free(w.home);
+    iso_triangles_free(&t);
 }

@@ -1,0 +1,157 @@
+#include "topology/fault.h"
+
+#include "base/thread.h"
+#include "mesh/intersect.h"
+#include "topology/speck.h"
+
+enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
+#define OFF_SURFACE_VOX 0.05 /* a vertex farther from the surface, to first order, did not land */
+#define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through */
+
+enum { TORN = 1, INVERTED = 2, FAR = 4, STRAY = 8, CROSSED = 16, DEGENERATE = 32 };
+
+typedef struct Job {
+    const IsoSurface *iso;
+    const Mesh *mesh;
+    Faults *f;
+} Job;
+
+static double distance_vox(const Field *f, Vec3 p)
+{
+    Vec3 g;
+    double F = fabs(field_value(f, p, &g, NULL)), l = v_len(g) * f->voxel;
+    return l > 0 ? F / l : 1e300;
+}
+
+static void vertex_block(void *ctx, int begin, int end)
+{
+    Job *job = ctx;
+    const IsoSurface *iso = job->iso;
+    for (int v = begin; v < end; v++) {
+        Vec3 p = job->mesh->pos[v];
+        int l = iso_loop_at(iso, p), k = l == NONE ? NONE : iso_loop_component(iso, l);
+        bool off = k != NONE && !speck_is(iso, k) && distance_vox(iso->field, p) > OFF_SURFACE_VOX; /* specks' are drawn off it */
+        job->f->comp[v] = off ? NONE : k;
+    }
+}
+
+static int faults_of(const Job *job, int t)
+{
+    const Mesh *m = job->mesh;
+    const int32_t *c = m->corner + 3 * t, *comp = job->f->comp;
+    Vec3 a = m->pos[c[0]], b = m->pos[c[1]], d = m->pos[c[2]];
+    if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return STRAY;
+    if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return TORN;
+    if (!(v_len2(v_area2(a, b, d)) > 0)) return DEGENERATE;
+    if (field_triangle_inverted(job->iso->field, a, b, d)) return INVERTED;
+    return distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAR : 0;
+}
+
+static void triangle_block(void *ctx, int begin, int end)
+{
+    Job *job = ctx;
+    for (int t = begin; t < end; t++) job->f->tri[t] = (uint8_t)faults_of(job, t);
+}
+
+/* --- coverage -------------------------------------------------------------------------------------------------------- */
+
+static bool any_beside(const IsoSurface *iso, int cell, int reach, const uint8_t *mask)
+{
+    for (int z = -reach; z <= reach; z++)
+        for (int y = -reach; y <= reach; y++)
+            for (int x = -reach; x <= reach; x++) {
+                int c = iso_cell_beside(iso, cell, x, y, z);
+                if (c != NONE && mask[c]) return true;
+            }
+    return false;
+}
+
+/* Clusters of uncovered cells too small for a limb are forgiven. Returns the cells of the others. */
+static int keep_limbs(const IsoSurface *iso, const uint8_t *closely, uint8_t *uncovered)
+{
+    int32_t *stack = NEW(int32_t, iso->ncell);
+    uint8_t *seen = NEW0(uint8_t, iso->ncell);
+    int kept = 0;
+    for (int s = 0; s < iso->ncell; s++) {
+        if (!uncovered[s] || seen[s]) continue;
+        int n = 0, at = 0;
+        stack[n++] = s;
+        seen[s] = 1;
+        while (at < n) {
+            int cell = stack[at++];
+            for (int k = 0; k < 27; k++) {
+                int c = iso_cell_beside(iso, cell, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+                if (c == NONE || !uncovered[c] || seen[c]) continue;
+                seen[c] = 1;
+                stack[n++] = c;
+            }
+        }
+        if (n >= LIMB_CELLS || (closely && closely[iso_loop_component(iso, iso->cell_loop[s])])) kept += n;
+        else
+            for (int i = 0; i < n; i++) uncovered[stack[i]] = 0;
+    }
+    mem_free(stack);
+    mem_free(seen);
+    return kept;
+}
+
+static void find_uncovered(const IsoSurface *iso, const Mesh *m, const uint8_t *closely, Faults *f)
+{
+    uint8_t *hit = NEW0(uint8_t, iso->ncell);
+    for (int t = 0; t < m->ntri; t++) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
+    for (int c = 0; c < iso->ncell; c++) f->cell[c] = !hit[c] && !any_beside(iso, c, 1, hit);
+    f->uncovered = keep_limbs(iso, closely, f->cell);
+    mem_free(hit);
+}
+
+/* Triangles near a limb that has none are where it must be sewn on. */
+static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
+{
+    if (f->uncovered == 0) return;
+    uint8_t *near = NEW0(uint8_t, iso->ncell);
+    for (int c = 0; c < iso->ncell; c++) near[c] = any_beside(iso, c, REACH_CELLS, f->cell);
+    for (int v = 0; v < m->nvert; v++) {
+        int c = iso_cell_near(iso, m->pos[v]), h = m->out[v];
+        if (c == NONE || !near[c]) continue;
+        do f->tri[h / 3] |= FAR;
+        while ((h = he_around(m, h)) != m->out[v]);
+    }
+    mem_free(near);
+}
+
+static void find_crossings(const Mesh *m, Faults *f)
+{
+    TriPair *pair = NULL;
+    int cap = 0;
+    f->crossed = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+    for (int i = 0; i < f->crossed; i++) f->tri[pair[i].a] |= CROSSED, f->tri[pair[i].b] |= CROSSED;
+    mem_free(pair);
+}
+
+void faults_find(const IsoSurface *iso, const Mesh *mesh, const uint8_t *closely, bool crossings, Faults *f)
+{
+    *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW0(uint8_t, iso->ncell)};
+    Job job = {iso, mesh, f};
+    parallel_for(mesh->nvert, GRAIN, vertex_block, &job);
+    parallel_for(mesh->ntri, GRAIN, triangle_block, &job);
+    find_uncovered(iso, mesh, closely, f);
+    drop_beside(iso, mesh, f);
+    if (crossings) find_crossings(mesh, f);
+    for (int v = 0; v < mesh->nvert; v++) f->strays += f->comp[v] == NONE;
+    for (int t = 0; t < mesh->ntri; t++) {
+        f->torn += f->tri[t] == TORN;
+        f->inverted += f->tri[t] == INVERTED;
+        f->far += f->tri[t] == FAR;
+        f->degenerate += f->tri[t] == DEGENERATE;
+        f->any += f->tri[t] != 0;
+    }
+    f->any += f->uncovered;
+}
+
+void faults_free(Faults *f)
+{
+    mem_free(f->comp);
+    mem_free(f->tri);
+    mem_free(f->cell);
+    *f = (Faults){0};
+}

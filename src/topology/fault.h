@@ -1,0 +1,23 @@
+/* fault.h: where a tracked mesh does not follow the frame's exact isosurface, place by place.
+ *
+ * The audit says which components are wrong; this says which triangles, so that the mend can stay local. */
+#pragma once
+#include "topology/iso.h"
+
+typedef struct Faults {
+    int32_t *comp;    /* [mesh->nvert] the component each vertex lies on; NONE: it is off the surface */
+    uint8_t *tri;     /* [mesh->ntri] faulty */
+    uint8_t *cell;    /* [iso->ncell] crossed cells of places without mesh */
+    int strays;       /* vertices off the surface */
+    int torn;         /* triangles whose corners are on different components */
+    int inverted;
+    int degenerate;   /* without area */
+    int crossed;      /* pairs of triangles that run through one another */
+    int far;          /* that cut through the air or the inside */
+    int uncovered;    /* cells without mesh, single ones left to refinement */
+    int any;          /* faulty triangles and uncovered cells */
+} Faults;
+
+/* `mesh` must be compact. closely[iso->ncomp]: components of which a single cell without mesh near it counts (NULL: none); `crossings`: look for triangles that run through one another, too; positions are rounded to float32 then. */
+void faults_find(const IsoSurface *iso, const Mesh *mesh, const uint8_t *closely, bool crossings, Faults *f);
+void faults_free(Faults *f);

@@ -1,0 +1,89 @@
+/* sew.c: the patches take the place of what was dropped. */
+#include "topology/graft_priv.h"
+
+#define SURVIVOR_REACH_VOX 0.3
+#define SURVIVOR_APART 0.5 /* of the edge wanted: nearer to another kept vertex a dropped one stays dropped */
+
+int graft_pin_survivors(Graft *g)
+{
+    const Mesh *m = g->mesh;
+    const double apart = SURVIVOR_APART * g->plan->edge, reach = SURVIVOR_REACH_VOX * g->iso->field->voxel;
+    int n = 0;
+    uint8_t *kept = NEW0(uint8_t, m->nvert);
+    for (int h = 0; h < 3 * m->ntri; h++) kept[m->corner[h]] |= !g->drop[h / 3];
+    for (int v = 0; v < m->nvert; v++) {
+        if (kept[v] || g->plan->comp[v] == NONE) continue;
+        Vec3 normal;
+        field_normals(g->iso->field, 1, &m->pos[v], &normal);
+        n += sheet_pin(&g->sheet, v, m->pos[v], normal, g->plan->comp[v], reach, apart, true) != NONE;
+    }
+    mem_free(kept);
+    return n;
+}
+
+typedef struct Cloth {
+    int nvert, capvert, ntri, captri;
+    Vec3 *pos;       /* [nvert] new vertices */
+    int32_t *tri;    /* [3*ntri] mesh vertices; from mesh->nvert on the new ones */
+    int32_t *as;     /* [sheet.nvert] mesh vertex or NONE */
+} Cloth;
+
+static int cloth_vertex(Graft *g, Cloth *c, int v)
+{
+    if (c->as[v] == NONE) {
+        RESERVE(c->pos, c->capvert, c->nvert + 1);
+        c->as[v] = g->mesh->nvert + c->nvert;
+        c->pos[c->nvert++] = g->sheet.pos[v];
+    }
+    return c->as[v];
+}
+
+static void cloth_triangle(Cloth *c, int a, int b, int d)
+{
+    RESERVE(c->tri, c->captri, 3 * (c->ntri + 1));
+    int32_t *t = c->tri + 3 * c->ntri++;
+    t[0] = a, t[1] = b, t[2] = d;
+}
+
+/* A kept triangle whose sides are seams, as a fan over the seams' vertices: side k has seam[k], or NONE. */
+static void sew_side(Graft *g, Cloth *c, const int corner[3], const int seam[3])
+{
+    int k = 0;
+    while (k < 3 && (seam[k] == NONE || g->seam[seam[k]].npath == 0)) k++;
+    if (k == 3) {
+        cloth_triangle(c, corner[0], corner[1], corner[2]);
+        return;
+    }
+    const Seam *s = &g->seam[seam[k]];
+    int b = corner[(k + 1) % 3], tip = corner[(k + 2) % 3], at = corner[k];
+    for (int i = 0; i <= s->npath; i++) {
+        int to = i < s->npath ? cloth_vertex(g, c, g->path[s->path + i]) : b;
+        sew_side(g, c, (int[3]){at, to, tip}, (int[3]){NONE, i == s->npath ? seam[(k + 1) % 3] : NONE, i == 0 ? seam[(k + 2) % 3] : NONE});
+        at = to;
+    }
+}
+
+void graft_sew(Graft *g)
+{
+    Mesh *m = g->mesh;
+    Sheet *s = &g->sheet;
+    sheet_split_chords(s);
+    Cloth c = {.as = NEW(int32_t, s->nvert)};
+    for (int v = 0; v < s->nvert; v++) c.as[v] = s->pin[v] >= 0 ? s->pin[v] : NONE;
+    for (int t = 0; t < s->ntri; t++)
+        if (s->region[t] != REGION_NONE) {
+            int v[3]; /* one after the other: they are numbered as they are met */
+            for (int k = 0; k < 3; k++) v[k] = cloth_vertex(g, &c, s->corner[3 * t + k]);
+            cloth_triangle(&c, v[0], v[1], v[2]);
+        }
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *at = g->seam_at + 3 * t;
+        if (g->drop[t] || (at[0] == NONE && at[1] == NONE && at[2] == NONE)) continue;
+        sew_side(g, &c, (int[3]){m->corner[3 * t], m->corner[3 * t + 1], m->corner[3 * t + 2]}, (int[3]){at[0], at[1], at[2]});
+        g->drop[t] = 1;
+    }
+    mesh_patch(m, g->drop, c.nvert, c.pos, c.ntri, c.tri);
+    mem_free(c.pos);
+    mem_free(c.tri);
+    mem_free(c.as);
+}

@@ -1,0 +1,458 @@
+#include "topology/sheet.h"
+
+#include "base/hash.h"
+
+#include <string.h>
+
+#define TAKE_VOX 0.25       /* a vertex within this is taken over rather than a triangle cut */
+#define CLEAR_VOX 0.03      /* two vertices are not nearer than this */
+#define EDGE_SHARE 0.1      /* a point whose weight at a corner is below this lies on the edge across from it */
+#define SIDE_COS 0.2        /* a triangle fits a normal above this cosine */
+#define CORRIDOR 0.6        /* a seam keeps within this share of its length from the straight line, */
+#define CORRIDOR_VOX 0.5    /* and this many voxels */
+#define STRAIGHTNESS 4.0    /* how much dearer it is to be half a length off the line */
+enum { VISITS_MAX = 400, AROUND_MAX = 160 };
+
+/* --- building ------------------------------------------------------------------------------------------------------ */
+
+static void make_vert_room(Sheet *s, int n)
+{
+    if (n <= s->capvert) return;
+    s->capvert = int_max(n, 2 * s->capvert);
+    RESIZE(s->pos, s->capvert);
+    RESIZE(s->home, s->capvert);
+    RESIZE(s->pin, s->capvert);
+    RESIZE(s->out, s->capvert);
+}
+
+static void make_tri_room(Sheet *s, int n)
+{
+    if (n <= s->captri) return;
+    s->captri = int_max(n, 2 * s->captri);
+    RESIZE(s->corner, 3 * (size_t)s->captri);
+    RESIZE(s->opp, 3 * (size_t)s->captri);
+    RESIZE(s->seam, 3 * (size_t)s->captri);
+    RESIZE(s->region, s->captri);
+    RESIZE(s->next, s->captri);
+    RESIZE(s->cell, s->captri);
+}
+
+static void link_opposites(Sheet *s)
+{
+    Map edge;
+    map_init(&edge, 3 * s->ntri);
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int32_t seen = map_put(&edge, key_pair(s->corner[h], s->corner[he_next(h)]), h);
+        ASSERT(seen == h);
+    }
+    for (int h = 0; h < 3 * s->ntri; h++) s->opp[h] = map_get(&edge, key_pair(s->corner[he_next(h)], s->corner[h]));
+    map_free(&edge);
+}
+
+/* Leaves from the rim where the umbrella is open, so that turning clockwise meets all of it. */
+static void link_vertices(Sheet *s)
+{
+    for (int h = 0; h < 3 * s->ntri; h++) s->out[s->corner[h]] = h;
+    for (int h = 0; h < 3 * s->ntri; h++)
+        if (s->opp[he_prev(h)] == NONE) s->out[s->corner[h]] = h;
+}
+
+void sheet_build(Sheet *s, const IsoSurface *iso, const uint8_t *want_comp, const uint8_t *want_cell)
+{
+    IsoTriangles t;
+    *s = (Sheet){.iso = iso};
+    iso_triangles(iso, want_comp, want_cell, &t);
+    make_vert_room(s, t.nvert);
+    make_tri_room(s, t.ntri);
+    s->nvert = t.nvert;
+    s->ntri = t.ntri;
+    for (int v = 0; v < t.nvert; v++) s->pos[v] = t.pos[v], s->home[v] = t.home[v], s->pin[v] = PIN_NONE, s->out[v] = NONE;
+    for (int h = 0; h < 3 * t.ntri; h++) s->corner[h] = t.tri[h], s->seam[h] = SEAM_NONE;
+    s->first = NEW(int32_t, iso->ncell);
+    memset(s->first, 0xff, (size_t)iso->ncell * sizeof *s->first);
+    for (int k = t.ntri - 1; k >= 0; k--) {
+        s->region[k] = REGION_NONE;
+        s->cell[k] = t.cell[k];
+        s->next[k] = s->first[t.cell[k]];
+        s->first[t.cell[k]] = k;
+    }
+    iso_triangles_free(&t);
+    link_opposites(s);
+    link_vertices(s);
+}
+
+void sheet_free(Sheet *s)
+{
+    mem_free(s->pos);
+    mem_free(s->home);
+    mem_free(s->pin);
+    mem_free(s->out);
+    mem_free(s->corner);
+    mem_free(s->opp);
+    mem_free(s->seam);
+    mem_free(s->region);
+    mem_free(s->next);
+    mem_free(s->cell);
+    mem_free(s->first);
+    mem_free(s->from);
+    mem_free(s->cost);
+    mem_free(s->visit);
+    *s = (Sheet){0};
+}
+
+/* --- subdividing ---------------------------------------------------------------------------------------------------- */
+
+static int add_vert(Sheet *s, Vec3 p, int home)
+{
+    make_vert_room(s, s->nvert + 1);
+    s->pos[s->nvert] = p;
+    s->home[s->nvert] = home;
+    s->pin[s->nvert] = PIN_NONE;
+    s->out[s->nvert] = NONE;
+    return s->nvert++;
+}
+
+/* A triangle that takes over a part of triangle `of`: same cell, same region. Returns its first half-edge. */
+static int add_part(Sheet *s, int of, int a, int b, int c)
+{
+    make_tri_room(s, s->ntri + 1);
+    int t = s->ntri++, v[3] = {a, b, c};
+    for (int k = 0; k < 3; k++) s->corner[3 * t + k] = v[k], s->opp[3 * t + k] = NONE, s->seam[3 * t + k] = SEAM_NONE;
+    s->region[t] = s->region[of];
+    s->cell[t] = s->cell[of];
+    s->next[t] = s->next[of];
+    s->next[of] = t;
+    return 3 * t;
+}
+
+static void link_pair(Sheet *s, int h, int g)
+{
+    s->opp[h] = g;
+    if (g != NONE) s->opp[g] = h;
+}
+
+/* Slot `to` takes over the edge that slot `from` has. */
+static void move_edge(Sheet *s, int to, int from)
+{
+    s->seam[to] = s->seam[from];
+    s->seam[from] = SEAM_NONE;
+    link_pair(s, to, s->opp[from]);
+    if (s->out[s->corner[to]] == from) s->out[s->corner[to]] = to;
+}
+
+static int split_tri(Sheet *s, int t, Vec3 p)
+{
+    int h = 3 * t, a = s->corner[h], b = s->corner[h + 1], c = s->corner[h + 2];
+    int v = add_vert(s, p, s->home[a]);
+    int bc = add_part(s, t, b, c, v), ca = add_part(s, t, c, a, v);
+    move_edge(s, bc, h + 1);
+    move_edge(s, ca, h + 2);
+    s->corner[h + 2] = v;
+    link_pair(s, h + 1, bc + 2);
+    link_pair(s, bc + 1, ca + 2);
+    link_pair(s, ca + 1, h + 2);
+    s->out[v] = h + 2;
+    return v;
+}
+
+/* The edge must be inside the sheet and no seam. */
+static int split_edge(Sheet *s, int h, Vec3 p)
+{
+    int g = s->opp[h], b = s->corner[he_next(h)], c = s->corner[he_prev(h)], d = s->corner[he_prev(g)];
+    int v = add_vert(s, p, s->home[b]);
+    int t = add_part(s, h / 3, v, b, c), u = add_part(s, g / 3, b, v, d);
+    if (s->out[b] == g) s->out[b] = u;
+    move_edge(s, t + 1, he_next(h));
+    move_edge(s, u + 2, he_prev(g));
+    s->corner[he_next(h)] = v;
+    s->corner[g] = v;
+    link_pair(s, t, u);
+    link_pair(s, he_next(h), t + 2);
+    link_pair(s, he_prev(g), u + 1);
+    s->out[v] = t;
+    return v;
+}
+
+/* --- pinning ---------------------------------------------------------------------------------------------------------- */
+
+/* The point of a triangle nearest to p, as weights of its corners. */
+static void nearest_weights(Vec3 p, const Vec3 q[3], double w[3])
+{
+    Vec3 n = v_area2(q[0], q[1], q[2]);
+    double area2 = v_len2(n), best = 1e300;
+    if (area2 > 0) {
+        for (int k = 0; k < 3; k++) w[k] = v_dot(n, v_area2(p, q[(k + 1) % 3], q[(k + 2) % 3])) / area2;
+        if (w[0] >= 0 && w[1] >= 0 && w[2] >= 0) return;
+    }
+    double out[3] = {1, 0, 0};
+    for (int k = 0; k < 3; k++) {
+        int i = k, j = (k + 1) % 3;
+        Vec3 d = v_sub(q[j], q[i]);
+        double l2 = v_len2(d), t = l2 > 0 ? real_clamp(v_dot(v_sub(p, q[i]), d) / l2, 0, 1) : 0, far = v_len2(v_sub(p, v_axpy(q[i], t, d)));
+        if (!(far < best)) continue;
+        best = far;
+        out[i] = 1 - t, out[j] = t, out[(k + 2) % 3] = 0;
+    }
+    memcpy(w, out, sizeof out);
+}
+
+static void corners_of(const Sheet *s, int t, Vec3 q[3])
+{
+    for (int k = 0; k < 3; k++) q[k] = s->pos[s->corner[3 * t + k]];
+}
+
+typedef struct Foot {
+    int tri;
+    double dist2, w[3];
+} Foot;
+
+static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, bool patches_only, Foot *best)
+{
+    for (int t = s->first[cell]; t != NONE; t = s->next[t]) {
+        if (s->home[s->corner[3 * t]] != comp || (patches_only && s->region[t] == REGION_NONE)) continue;
+        Vec3 q[3];
+        double w[3];
+        corners_of(s, t, q);
+        Vec3 a = v_area2(q[0], q[1], q[2]);
+        if (v_dot(a, n) < SIDE_COS * v_len(a)) continue;
+        nearest_weights(p, q, w);
+        double far = v_len2(v_sub(p, v_axpy(v_axpy(v_scale(q[0], w[0]), w[1], q[1]), w[2], q[2])));
+        if (!(far < best->dist2)) continue;
+        *best = (Foot){t, far, {w[0], w[1], w[2]}};
+    }
+}
+
+static Foot find_foot(const Sheet *s, Vec3 p, Vec3 n, int comp, double reach, bool patches_only)
+{
+    Foot best = {.tri = NONE, .dist2 = reach * reach};
+    int cell = iso_cell_near(s->iso, p);
+    for (int k = 0; cell != NONE && k < 27; k++) {
+        int c = iso_cell_beside(s->iso, cell, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (c != NONE) look_in_cell(s, c, p, n, comp, patches_only, &best);
+    }
+    return best;
+}
+
+/* Calls for each half-edge leaving v until it returns true: clockwise from out[v], to the rim or once around. */
+static int next_around(const Sheet *s, int v, int h)
+{
+    int g = s->opp[h];
+    if (g == NONE) return NONE;
+    g = he_next(g);
+    return g == s->out[v] ? NONE : g;
+}
+
+/* May v move to p without turning a triangle over? */
+static bool can_take(const Sheet *s, int v, Vec3 p)
+{
+    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
+        Vec3 b = s->pos[s->corner[he_next(h)]], c = s->pos[s->corner[he_prev(h)]];
+        if (v_dot(v_area2(s->pos[v], b, c), v_area2(p, b, c)) <= 0) return false;
+    }
+    return true;
+}
+
+int sheet_pin(Sheet *s, int pin, Vec3 p, Vec3 n, int comp, double reach, double apart, bool patches_only)
+{
+    Foot f = find_foot(s, p, n, comp, reach, patches_only);
+    if (f.tri == NONE) return NONE;
+    int most = 0, least = 0, v;
+    for (int k = 0; k < 3; k++) {
+        int u = s->corner[3 * f.tri + k];
+        if (s->pin[u] != PIN_NONE && v_dist(s->pos[u], p) < apart) return NONE;
+        if (f.w[k] > f.w[most]) most = k;
+        if (f.w[k] < f.w[least]) least = k;
+    }
+    v = s->corner[3 * f.tri + most];
+    int edge = he_next(3 * f.tri + least);
+    if (s->pin[v] == PIN_NONE && v_dist(s->pos[v], p) < TAKE_VOX * s->iso->field->voxel && can_take(s, v, p)) s->pos[v] = p;
+    else if (v_dist(s->pos[v], p) < CLEAR_VOX * s->iso->field->voxel) return NONE;
+    else if (f.w[least] >= EDGE_SHARE) v = split_tri(s, f.tri, p);
+    else if (s->opp[edge] != NONE && s->seam[edge] == SEAM_NONE) v = split_edge(s, edge, p);
+    else return NONE;
+    s->pin[v] = pin;
+    return v;
+}
+
+/* --- seams ------------------------------------------------------------------------------------------------------------ */
+
+static void make_visit_room(Sheet *s)
+{
+    if (s->nvert <= s->capvisit) return;
+    int old = s->capvisit;
+    s->capvisit = s->capvert;
+    RESIZE(s->from, s->capvisit);
+    RESIZE(s->cost, s->capvisit);
+    RESIZE(s->visit, s->capvisit);
+    for (int v = old; v < s->capvisit; v++) s->visit[v] = 0;
+}
+
+static double distance_to_segment(Vec3 p, Vec3 a, Vec3 b)
+{
+    Vec3 d = v_sub(b, a);
+    double l2 = v_len2(d), t = l2 > 0 ? real_clamp(v_dot(v_sub(p, a), d) / l2, 0, 1) : 0;
+    return v_dist(p, v_axpy(a, t, d));
+}
+
+/* The half-edge from a to b, or NONE. */
+static int find_half_edge(const Sheet *s, int a, int b)
+{
+    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h))
+        if (s->corner[he_next(h)] == b) return h;
+    return NONE;
+}
+
+static int add_once(int32_t *list, int n, int t)
+{
+    for (int i = 0; i < n; i++)
+        if (list[i] == t) return n;
+    if (n < AROUND_MAX) list[n++] = t;
+    return n;
+}
+
+static void relax_around(Sheet *s, int v, int a, int b, double corridor, int32_t *open, int *nopen)
+{
+    double length = v_dist(s->pos[a], s->pos[b]);
+    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
+        int w = s->corner[he_next(h)];
+        if (s->opp[h] == NONE || s->seam[h] != SEAM_NONE || (w != b && s->pin[w] != PIN_NONE)) continue;
+        double off = distance_to_segment(s->pos[w], s->pos[a], s->pos[b]), bent = 2 * off / (length + 1e-30);
+        if (off > corridor) continue;
+        double cost = s->cost[v] + v_dist(s->pos[v], s->pos[w]) * (1 + STRAIGHTNESS * bent * bent);
+        bool seen = s->visit[w] >= s->stamp;
+        if (seen && (s->visit[w] > s->stamp || cost >= s->cost[w])) continue;
+        s->cost[w] = cost;
+        s->from[w] = v;
+        if (!seen && *nopen < VISITS_MAX) open[(*nopen)++] = w;
+        s->visit[w] = s->stamp;
+    }
+}
+
+/* Dijkstra in a corridor; from[] leads back from b to a. The stamp marks open vertices, stamp + 1 closed ones. */
+static bool find_way(Sheet *s, int a, int b, double corridor)
+{
+    int32_t open[VISITS_MAX];
+    int n = 0, visits = 0;
+    make_visit_room(s);
+    s->stamp += 2;
+    s->cost[a] = 0;
+    s->visit[a] = s->stamp;
+    open[n++] = a;
+    while (n && visits++ < VISITS_MAX) {
+        int best = 0;
+        for (int i = 1; i < n; i++)
+            if (s->cost[open[i]] < s->cost[open[best]] || (s->cost[open[i]] == s->cost[open[best]] && open[i] < open[best])) best = i;
+        int v = open[best];
+        open[best] = open[--n];
+        if (v == b) return true;
+        s->visit[v] = s->stamp + 1;
+        relax_around(s, v, a, b, corridor, open, &n);
+    }
+    return false;
+}
+
+/* Between vertices that are all taken there is no way but over the middles of the edges that join them. */
+static void make_ways(Sheet *s, int a, int b, double corridor)
+{
+    int32_t list[AROUND_MAX];
+    int n = 0;
+    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h)) n = add_once(list, n, h / 3);
+    for (int at = 0; at < n; at++)
+        for (int h = 3 * list[at]; h < 3 * list[at] + 3; h++) {
+            Vec3 mid = v_mid(s->pos[s->corner[h]], s->pos[s->corner[he_next(h)]]);
+            if (s->opp[h] != NONE && s->seam[h] == SEAM_NONE && distance_to_segment(mid, s->pos[a], s->pos[b]) < corridor) n = add_once(list, n, s->opp[h] / 3);
+        }
+    for (int i = 0; i < n; i++)
+        for (int h = 3 * list[i]; h < 3 * list[i] + 3; h++) {
+            int v = s->corner[h], w = s->corner[he_next(h)];
+            bool direct = (v == a && w == b) || (v == b && w == a), taken = s->pin[v] != PIN_NONE && s->pin[w] != PIN_NONE;
+            if (taken && !direct && s->opp[h] != NONE && s->seam[h] == SEAM_NONE) split_edge(s, h, v_mid(s->pos[v], s->pos[w]));
+        }
+}
+
+int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path)
+{
+    double corridor = CORRIDOR * v_dist(s->pos[a], s->pos[b]) + CORRIDOR_VOX * s->iso->field->voxel;
+    if (!find_way(s, a, b, corridor)) {
+        make_ways(s, a, b, 2 * corridor);
+        if (!find_way(s, a, b, 2 * corridor)) return NONE;
+    }
+    int n = 0;
+    for (int v = s->from[b]; v != a; v = s->from[v]) n++;
+    if (n > cap) return NONE;
+    for (int v = s->from[b], i = n; v != a; v = s->from[v]) {
+        path[--i] = v;
+        s->pin[v] = PIN_SEAM;
+    }
+    for (int i = 0; i <= n; i++) {
+        int h = find_half_edge(s, i ? path[i - 1] : a, i < n ? path[i] : b);
+        s->seam[h] = 2 * seam;
+        s->seam[s->opp[h]] = 2 * seam + 1;
+    }
+    return n;
+}
+
+/* --- patches ------------------------------------------------------------------------------------------------------------ */
+
+/* Cells that hold a seam, or none of the kept mesh, say nothing about the side their triangles are on. */
+static uint8_t *find_kept_cells(const Sheet *s, const uint8_t *kept)
+{
+    uint8_t *sure = NEW(uint8_t, s->iso->ncell);
+    memcpy(sure, kept, (size_t)s->iso->ncell);
+    for (int h = 0; h < 3 * s->ntri; h++)
+        if (s->seam[h] != SEAM_NONE) sure[s->cell[h / 3]] = 0;
+    return sure;
+}
+
+/* Everything that triangle t reaches without crossing a seam. Where it comes upon the left of a seam, the kept mesh or the
+ * rim, it stops: the cell there is in conflict. Returns how many times. */
+static int flood(Sheet *s, int t, int region, const uint8_t *kept, int32_t *stack, uint8_t *conflict)
+{
+    int n = 0, conflicts = 0;
+    stack[n++] = t;
+    s->region[t] = region;
+    while (n) {
+        t = stack[--n];
+        for (int h = 3 * t; h < 3 * t + 3; h++) {
+            int g = s->opp[h];
+            bool wrong = s->seam[h] != SEAM_NONE ? !(s->seam[h] & 1) : g == NONE || kept[s->cell[g / 3]];
+            if (wrong) {
+                conflict[s->cell[t]] = 1;
+                conflicts++;
+            } else if (s->seam[h] == SEAM_NONE && s->region[g / 3] == REGION_NONE) {
+                s->region[g / 3] = region;
+                stack[n++] = g / 3;
+            }
+        }
+    }
+    return conflicts;
+}
+
+int sheet_fill(Sheet *s, const uint8_t *kept, uint8_t *conflict, int *nregion)
+{
+    int32_t *stack = NEW(int32_t, s->ntri);
+    uint8_t *sure = find_kept_cells(s, kept);
+    int conflicts = 0;
+    *nregion = 0;
+    for (int h = 0; h < 3 * s->ntri; h++)
+        if (s->seam[h] != SEAM_NONE && s->seam[h] & 1 && s->region[h / 3] == REGION_NONE) conflicts += flood(s, h / 3, (*nregion)++, sure, stack, conflict);
+    mem_free(stack);
+    mem_free(sure);
+    return conflicts;
+}
+
+void sheet_take_component(Sheet *s, int comp, int region)
+{
+    for (int t = 0; t < s->ntri; t++)
+        if (s->home[s->corner[3 * t]] == comp) s->region[t] = region;
+}
+
+void sheet_split_chords(Sheet *s)
+{
+    for (int t = 0; t < s->ntri; t++) /* the parts are looked at in their turn */
+        for (int h = 3 * t; h < 3 * t + 3; h++) {
+            int a = s->corner[h], b = s->corner[he_next(h)];
+            if (s->region[t] == REGION_NONE || s->seam[h] != SEAM_NONE || s->pin[a] == PIN_NONE || s->pin[b] == PIN_NONE) continue;
+            split_edge(s, h, v_mid(s->pos[a], s->pos[b]));
+        }
+}
