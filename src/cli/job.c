@@ -45,7 +45,7 @@ static void track_fill(TrackSettings *set, const Options *o)
         set->mech.cg_tolerance = 0;
     }
     set->mech.kind = option_choice(o, OPT_MECHANICS) == 0 ? MECHANICS_FEM : MECHANICS_SPRING;
-    set->topology = option_choice(o, OPT_TOPOLOGY) == 0 ? TOPOLOGY_EXACT : TOPOLOGY_NONE;
+    set->topology = (TopologyKind)option_choice(o, OPT_TOPOLOGY);
     set->fps = option_real(o, OPT_FPS);
 }
 
@@ -60,7 +60,6 @@ static bool job_check(const MeshJob *job, const Options *o, Err *err)
                     "--output %s: names a folder; give the beginning of file names in it too, such as %smesh", prefix,
                     prefix);
     if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
-    if (option_choice(o, OPT_TOPOLOGY) == 1) return fail(err, ERR_USAGE, "--topology papers: not in this version");
     if (!(job->track.e_min < job->track.e_max))
         return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
                     job->track.e_max);

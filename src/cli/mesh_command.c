@@ -18,7 +18,9 @@ typedef struct Run {
     Track *track;
     Outputs out;
     ReportTotals totals;
-    ReadFrame previous;      /* the tracker's last frame: lent to it until the next one is done */
+    ReadFrame slot[2];       /* the tracker's last frame stays where it was lent from until the next one is done */
+    int next;                /* the slot for that one */
+    char *tracked_label;     /* of the last frame that the tracker saw, NULL: none */
     int64_t tracked, shown;  /* numbers of the last frames that the tracker saw, and that were written; NONE */
     double frame_start_s;
 } Run;
@@ -66,16 +68,21 @@ static int intervals(int64_t from, int64_t to, int64_t step)
     return n < 1 ? 1 : n > INT32_MAX ? INT32_MAX : (int)n;
 }
 
+/* What happened since the last frame tracked, whatever was skipped or held between. */
+static void tell_events(Run *run, const char *label)
+{
+    events_write_frame(run->out.events.stream, label, run->tracked_label, track_events(run->track));
+    mem_free(run->tracked_label);
+    run->tracked_label = mem_text(label);
+}
+
 static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
 {
     FrameStat stat = {0};
     say_choices(run, f);
     const Grid *velocity = f->has_velocity ? &f->velocity : NULL;
     int64_t number = f->frame.number;
-    bool good = track_frame(run->track, &f->field, velocity, intervals(run->tracked, number, 1), &stat, err);
-    readframe_free(&run->previous);
-    run->previous = *f;
-    if (!good) return false;
+    if (!track_frame(run->track, &f->field, velocity, intervals(run->tracked, number, 1), &stat, err)) return false;
 
     double start = console_clock();
     int gap = intervals(run->shown, number, run->step);
@@ -86,7 +93,10 @@ static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
     seconds.write = console_clock() - start - seconds.carry;
     say_problems(run, f->frame.digits, &stat);
     account(run, f, FRAME_TRACKED, &stat, seconds);
+    tell_events(run, f->frame.digits);
     run->tracked = run->shown = number;
+    run->next = !run->next;
+    readframe_free(&run->slot[run->next]);
     return true;
 }
 
@@ -141,14 +151,14 @@ static bool find_step(const MeshJob *job, const Options *o, int64_t *step, Err *
 static bool follow(Run *run, Err *err)
 {
     for (;;) {
-        ReadFrame f;
+        ReadFrame *f = &run->slot[run->next];
         double start = console_clock();
-        if (!reader_take(run->reader, &f) || f.step == SEQUENCE_END) return true;
-        if (f.step == SEQUENCE_ERROR) return fail(err, f.err.code, "%s", f.err.text);
+        if (!reader_take(run->reader, f) || f->step == SEQUENCE_END) return true;
+        if (f->step == SEQUENCE_ERROR) return fail(err, f->err.code, "%s", f->err.text);
         double wait_s = console_clock() - start;
-        bool was_read = f.good;
-        bool good = (was_read ? track_one : pass_over)(run, &f, wait_s, err);
-        if (!was_read) readframe_free(&f);
+        bool was_read = f->good;
+        bool good = (was_read ? track_one : pass_over)(run, f, wait_s, err);
+        if (!was_read) readframe_free(f);
         if (!good) return false;
         int done = run->totals.frames + run->totals.held + run->totals.skipped;
         console_progress(&run->console, done, int_max(sequence_length(&run->sequence), 0));
@@ -198,7 +208,8 @@ static int run_job(Run *run, const Options *o)
     good = close_outputs(run, good, &err);
     console_clear(&run->console);
     if (run->track) track_close(run->track);
-    readframe_free(&run->previous);
+    for (int i = 0; i < 2; i++) readframe_free(&run->slot[i]);
+    mem_free(run->tracked_label);
     sequence_close(&run->sequence);
 
     if (!good) console_problem(&run->console, "%s", err.text);

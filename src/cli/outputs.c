@@ -41,6 +41,7 @@ bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)
 {
     *o = (Outputs){.job = job};
     bool good = open_lines(&o->report, job->prefix, "report", err) &&
+                open_lines(&o->events, job->prefix, "events", err) &&
                 open_lines(&o->timings, job->prefix, "timings", err);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, err);
@@ -144,6 +145,7 @@ bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *e
     ReportRuns runs[KIND_COUNT];
     int nruns = collect_runs(o, runs);
     report_write_totals(o->report.stream, totals, nruns, runs, complete);
+    events_write_totals(o->events.stream, totals, complete);
     timings_write_totals(o->timings.stream, totals);
     bool good = true;
     Err later; /* the first failure is told */
@@ -154,6 +156,7 @@ bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *e
             if (!gltf_close(o->gltf[kind][file], to) || !print_name(o, o->gltf_path[kind][file], to)) good = false;
         }
     if (!outfile_commit(&o->report, good ? err : &later)) good = false;
+    if (!outfile_commit(&o->events, good ? err : &later)) good = false;
     if (!outfile_commit(&o->timings, good ? err : &later)) good = false;
     free_all(o);
     return good;
@@ -162,6 +165,7 @@ bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *e
 void outputs_abort(Outputs *o)
 {
     if (o->report.stream) outfile_abort(&o->report);
+    if (o->events.stream) outfile_abort(&o->events);
     if (o->timings.stream) outfile_abort(&o->timings);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++)

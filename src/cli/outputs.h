@@ -1,4 +1,4 @@
-/* outputs.h: the files of a run: meshes as PLY and glTF, report and timings.
+/* outputs.h: the files of a run: meshes as PLY and glTF, report, events and timings.
  *
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
  * bears its final name before it is whole: PLYs after their frame, the others when the run ends, early or not. */
@@ -12,7 +12,7 @@ enum { GLTF_FILE_COUNT = 2 }; /* .glb, .gltf */
 
 typedef struct Outputs {
     const MeshJob *job;
-    OutFile report, timings;
+    OutFile report, events, timings;
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
     char *gltf_path[KIND_COUNT][GLTF_FILE_COUNT];
     TriMesh last[KIND_COUNT];

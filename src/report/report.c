@@ -38,7 +38,7 @@ static void put_int(FILE *out, const char *name, int64_t x) { fprintf(out, ",\"%
 
 /* --- frames --------------------------------------------------------------------------------------- */
 
-typedef enum FieldKind { FIELD_INT, FIELD_INT_OR_NONE, FIELD_REAL } FieldKind;
+typedef enum FieldKind { FIELD_INT, FIELD_REAL } FieldKind;
 
 static const struct {
     const char *name;
@@ -46,7 +46,6 @@ static const struct {
     size_t at;
 } stat_field[] = {
 #define INT(field) {#field, FIELD_INT, offsetof(FrameStat, field)}
-#define INT_OR_NONE(field) {#field, FIELD_INT_OR_NONE, offsetof(FrameStat, field)}
 #define REAL(field) {#field, FIELD_REAL, offsetof(FrameStat, field)}
     INT(components),
     INT(vertices_mechanical),
@@ -73,16 +72,18 @@ static const struct {
     INT(frozen_vertices),
     INT(audit_components),
     INT(audit_euler),
+    INT(mend_faults),
+    INT(mend_patches),
+    INT(replaced_vertices),
     INT(remade_components),
-    INT(remade_vertices),
     INT(raw_components),
     INT(wrong_components),
     REAL(ids_kept),
     REAL(distance_mean_vox),
     REAL(distance_max_vox),
-    INT_OR_NONE(self_intersections),
+    INT(self_intersections),
+    INT(flattened),
 #undef INT
-#undef INT_OR_NONE
 #undef REAL
 };
 
@@ -98,11 +99,16 @@ static void put_stat(FILE *out, const FrameStat *stat)
             continue;
         }
         memcpy(&whole, at, sizeof whole);
-        if (stat_field[i].kind == FIELD_INT_OR_NONE && whole == NONE)
-            put_real(out, stat_field[i].name, NAN);
-        else
-            put_int(out, stat_field[i].name, whole);
+        put_int(out, stat_field[i].name, whole);
     }
+}
+
+static void put_event_counts(FILE *out, const int64_t count[EVENT_KINDS])
+{
+    fputs(",\"events\":{", out);
+    for (int k = 0; k < EVENT_KINDS; k++)
+        fprintf(out, "%s\"%s\":%lld", k ? "," : "", event_kind_name((EventKind)k), (long long)count[k]);
+    fputc('}', out);
 }
 
 void report_write_settings(FILE *out, const char *version, int n, const ReportSetting *setting)
@@ -132,7 +138,12 @@ void report_write_frame(FILE *out, const char *label, FrameFate fate, const char
         fputs(",\"surface\":", out);
         put_text(out, surface);
     }
-    if (fate == FRAME_TRACKED) put_stat(out, stat);
+    if (fate == FRAME_TRACKED) {
+        int64_t count[EVENT_KINDS];
+        for (int k = 0; k < EVENT_KINDS; k++) count[k] = stat->events[k];
+        put_stat(out, stat);
+        put_event_counts(out, count);
+    }
     fputs("}\n", out);
 }
 
@@ -158,6 +169,7 @@ static void add_counts(ReportTotals *t, const FrameStat *s)
     t->inverted_left_geometric += s->inverted_left_geometric;
     t->remade_components += s->remade_components;
     t->raw_components += s->raw_components;
+    for (int k = 0; k < EVENT_KINDS; k++) t->events[k] += s->events[k];
 }
 
 static void add_qualities(ReportTotals *t, const FrameStat *s)
@@ -218,6 +230,7 @@ void report_write_totals(FILE *out, const ReportTotals *t, int nruns, const Repo
     put_real(out, "ids_kept_least", t->ids_kept_least);
     put_real(out, "distance_mean_vox", mean(t->distance_sum, t->nsurface));
     put_real(out, "distance_max_vox", t->nsurface ? t->distance_max_vox : NAN);
+    put_event_counts(out, t->events);
     fputs(",\"runs\":{", out);
     for (int i = 0; i < nruns; i++) {
         fprintf(out, "%s\"%s\":{\"runs\":%d", i ? "," : "", runs[i].mesh, runs[i].runs);
@@ -225,6 +238,67 @@ void report_write_totals(FILE *out, const ReportTotals *t, int nruns, const Repo
         fputc('}', out);
     }
     fputs("}}}\n", out);
+}
+
+/* --- events --------------------------------------------------------------------------------------- */
+
+static void put_numbers(FILE *out, const char *name, int n, const int32_t *number)
+{
+    fprintf(out, ",\"%s\":[", name);
+    for (int i = 0; i < n; i++) fprintf(out, "%s%d", i ? "," : "", number[i]);
+    fputc(']', out);
+}
+
+static void put_point(FILE *out, Vec3 p)
+{
+    for (int a = 0; a < 3; a++) fprintf(out, "%c%.9g", a ? ',' : '[', v_get(p, a) == 0 ? 0 : v_get(p, a));
+    fputc(']', out);
+}
+
+static void put_components(FILE *out, const char *since, const FrameEvents *e)
+{
+    fputs(",\"kind\":\"components\",\"since\":", out);
+    put_text(out, since);
+    put_numbers(out, "before", e->nbefore, e->before);
+    put_numbers(out, "after", e->nafter, e->after);
+    fputs(",\"links\":[", out);
+    for (int i = 0; i < e->nlink; i++) fprintf(out, "%s[%d,%d]", i ? "," : "", e->link[i][0], e->link[i][1]);
+    fputc(']', out);
+}
+
+static void put_event(FILE *out, const FrameEvents *e, const FrameEvent *v)
+{
+    fprintf(out, ",\"kind\":\"%s\",\"place\":", event_kind_name(v->kind));
+    put_point(out, e->place[v->place]);
+    put_numbers(out, "before", v->nbefore, e->number + v->before);
+    put_numbers(out, "after", v->nafter, e->number + v->after);
+    put_int(out, "replaced", v->replaced);
+    put_int(out, "count", v->count);
+    fputs(",\"places\":[", out);
+    for (int i = 0; i < v->nplace; i++) {
+        if (i) fputc(',', out);
+        put_point(out, e->place[v->place + i]);
+    }
+    fputc(']', out);
+}
+
+void events_write_frame(FILE *out, const char *label, const char *since, const FrameEvents *events)
+{
+    for (int i = -1; i < events->nevent; i++) {
+        fputs("{\"frame\":", out);
+        put_text(out, label);
+        if (i < 0) put_components(out, since, events);
+        else put_event(out, events, &events->event[i]);
+        fputs("}\n", out);
+    }
+}
+
+void events_write_totals(FILE *out, const ReportTotals *t, bool complete)
+{
+    fprintf(out, "{\"totals\":{\"complete\":%s", complete ? "true" : "false");
+    put_int(out, "frames", t->frames);
+    put_event_counts(out, t->events);
+    fputs("}}\n", out);
 }
 
 /* --- times ---------------------------------------------------------------------------------------- */
@@ -260,6 +334,18 @@ void timings_write_totals(FILE *out, const ReportTotals *t)
 
 /* --- for people ----------------------------------------------------------------------------------- */
 
+static void summarise_events(FILE *out, const int64_t count[EVENT_KINDS])
+{
+    static const char *const name[EVENT_KINDS][2] = {
+        {"blend", "blends"}, {"split", "splits"}, {"birth", "births"}, {"death", "deaths"},
+        {"hole opened", "holes opened"}, {"hole closed", "holes closed"}, {"patch mended", "patches mended"}};
+    fputs("  topology events           ", out);
+    int kinds = 0;
+    for (int k = 0; k < EVENT_KINDS; k++)
+        if (count[k]) fprintf(out, "%s%lld %s", kinds++ ? ", " : "", (long long)count[k], name[k][count[k] != 1]);
+    fputs(kinds ? "\n" : "none\n", out);
+}
+
 void report_summarise(FILE *out, const ReportTotals *t)
 {
     fprintf(out, "%d frame%s", t->frames, t->frames == 1 ? "" : "s");
@@ -272,6 +358,7 @@ void report_summarise(FILE *out, const ReportTotals *t)
     fprintf(out, "  triangles a frame         %.0f mechanical, %.0f geometric\n",
             (double)t->triangles_mechanical / t->frames, (double)t->triangles_geometric / t->frames);
     fprintf(out, "  exact topology            %d of %d frames\n", t->exact, t->frames);
+    summarise_events(out, t->events);
     if (!t->nsurface) return;
     fprintf(out, "  minimum angle             %.1f deg 5th percentile, %.1f deg median\n", mean(t->angle_p5_sum, t->nsurface),
             mean(t->angle_p50_sum, t->nsurface));

@@ -1,7 +1,8 @@
 /* report.h: the frames' numbers as lines of JSON, and their totals.
  *
- * PREFIX.report.jsonl: a first line with the settings, a line a frame, a last line of totals. All of it is the same
- * bytes for the same input: no times, hosts, paths or thread counts. Seconds go to PREFIX.timings.jsonl.
+ * PREFIX.report.jsonl: a first line with the settings, a line a frame, a last line of totals. PREFIX.events.jsonl: a line
+ * a tracked frame with its components, a line an event behind it, a last line of totals. All of it is the same bytes for
+ * the same input: no times, hosts, paths or thread counts. Seconds go to PREFIX.timings.jsonl.
  * The functions write to a stream and leave it to its owner to notice a full disk (ferror keeps it). */
 #pragma once
 #include "base/base.h"
@@ -39,6 +40,7 @@ typedef struct ReportTotals {
     int64_t triangles_mechanical, triangles_geometric;
     int64_t splits, collapses, flips, cg_iterations, projections_lost;
     int64_t inverted_left, inverted_left_geometric, remade_components, raw_components;
+    int64_t events[EVENT_KINDS];
     double edge_ratio_sum, angle_p5_sum, angle_p50_sum, ids_kept_sum, distance_sum;
     double angle_p5_least, ids_kept_least, distance_max_vox;
     int nsurface, nids;                             /* frames that the sums are over */
@@ -54,6 +56,11 @@ void report_write_settings(FILE *out, const char *version, int n, const ReportSe
 void report_write_frame(FILE *out, const char *label, FrameFate fate, const char *surface, const FrameStat *stat);
 /* complete: no error or signal ended the run early. */
 void report_write_totals(FILE *out, const ReportTotals *t, int nruns, const ReportRuns *runs, bool complete);
+
+/* The frame's lines of PREFIX.events.jsonl. `since`: the label of the frame tracked before; NULL: there was none. */
+void events_write_frame(FILE *out, const char *label, const char *since, const FrameEvents *events);
+/* The last line: how many frames, and the events of each kind. */
+void events_write_totals(FILE *out, const ReportTotals *t, bool complete);
 
 /* The method's own stages; the rest is zero. */
 StageSeconds report_stages(const FrameStat *stat);

@@ -1,9 +1,13 @@
 /* measure.c: a frame's figures. */
 #include "track/track_priv.h"
 
+#include "base/thread.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <time.h>
+
+enum { GRAIN = 1024 };
 
 double track_clock(void)
 {
@@ -30,6 +34,31 @@ static double least_angle_deg(const Mesh *m, int t)
     return c <= 1 ? acos(real_max(c, -1)) * 57.29577951308232 : 0;
 }
 
+typedef struct InvertedJob {
+    const Track *tr;
+    int *count; /* a block */
+} InvertedJob;
+
+static void inverted_block(void *ctx, int begin, int end)
+{
+    InvertedJob *job = ctx;
+    const Mesh *m = &job->tr->mesh;
+    int n = 0;
+    for (int t = begin; t < end; t++)
+        n += field_triangle_inverted(job->tr->field, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]]);
+    job->count[begin / GRAIN] = n;
+}
+
+static int count_inverted(const Track *tr)
+{
+    int n = 0, blocks = (tr->mesh.ntri + GRAIN - 1) / GRAIN;
+    int *count = NEW0(int, blocks);
+    parallel_for(tr->mesh.ntri, GRAIN, inverted_block, &(InvertedJob){tr, count});
+    for (int b = 0; b < blocks; b++) n += count[b];
+    mem_free(count);
+    return n;
+}
+
 void track_measure(const Track *tr, FrameStat *stat)
 {
     const Mesh *m = &tr->mesh;
@@ -46,6 +75,7 @@ void track_measure(const Track *tr, FrameStat *stat)
     qsort(angle, (size_t)m->ntri, sizeof *angle, compare_real);
     stat->min_angle_p5 = m->ntri ? angle[m->ntri / 20] : NAN;
     stat->min_angle_p50 = m->ntri ? angle[m->ntri / 2] : NAN;
+    stat->inverted_left = count_inverted(tr);
     stat->edge_asked = tr->edge;
     stat->edge_mean = edges ? sum / edges : NAN;
     stat->edges_in_range = edges ? (double)in / edges : NAN;
@@ -55,6 +85,5 @@ void track_measure(const Track *tr, FrameStat *stat)
     stat->triangles_mechanical = m->ntri;
     stat->vertices_geometric = tr->fine.nvert;
     stat->triangles_geometric = tr->fine.ntri;
-    stat->self_intersections = NONE;
     mem_free(angle);
 }

@@ -1,24 +1,23 @@
 /* track.c: the method on one page: predict, audit and mend, alter and relax, audit again, refine. */
-#include "topology/remake.h"
 #include "topology/speck.h"
 #include "track/track_priv.h"
 
 #include <math.h>
 #include <string.h>
 
-#define REST_RATIO 0.7      /* e_min 1 and e_max 2 keep edges between e-hat and 2 e-hat: their mean is about e-hat / 0.7 */
+#define REST_RATIO 0.74      /* e_min and e_max keep edges between about e-hat and 2 e-hat: their mean is about e-hat / 0.74 */
 #define REST_RATIO_MIN 0.64
-#define REST_RATIO_MAX 0.72
+#define REST_RATIO_MAX 0.82
 #define EDGE_LEAST_VOX 0.1  /* below it triangles could only multiply */
-#define FLIP_GAIN 0.15      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
+#define FLIP_GAIN 0.2
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
 
 TrackSettings track_defaults(void)
 {
     return (TrackSettings){
-        .edge = 1.5, .edge_in_voxels = true, .e_min = 1, .e_max = 2, .eps_e = 0.1, .relax_steps = 3,
-        .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.1,
+        .edge = 1.5, .edge_in_voxels = true, .e_min = 0.8, .e_max = 2, .eps_e = 0.1, .relax_steps = 3,
+        .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.09,
         .topology = TOPOLOGY_EXACT, .fps = 24,
     };
 }
@@ -42,8 +41,14 @@ void track_close(Track *tr)
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
+    mem_free(tr->mended.patch);
+    mem_free(tr->changes.change);
+    bodies_free(&tr->bodies);
+    events_free(&tr->events);
     mem_free(tr);
 }
+
+const ChangeList *track_changes(const Track *tr) { return &tr->changes; }
 
 /* --- columns beside the mesh's vertices --------------------------------------------------------------------------------- */
 
@@ -100,15 +105,34 @@ static void freeze(Track *tr, const Vec3 *was, FrameStat *stat)
 
 /* --- steps ---------------------------------------------------------------------------------------------------------------- */
 
-/* The component of the isosurface that each vertex belongs to; the caller frees it. */
+/* The component of the isosurface that each vertex belongs to; the caller frees it. The papers bind no vertex: after a
+ * split a mesh lies on two components until it is cut. */
 static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
 {
     const Mesh *m = &tr->mesh;
     int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
     int n = mesh_components(m, comp, NULL);
     audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
+    for (int v = 0; v < m->nvert && tr->set.topology == TOPOLOGY_PAPERS; v++) home[v] = NONE;
     mem_free(comp);
     return home;
+}
+
+/* What landing left astray or turned over is put right where that costs nothing, before it is mended. */
+static void tidy_landing(Track *tr, const IsoSurface *iso, FrameStat *stat)
+{
+    Remesh r;
+    int found, n = tr->mesh.nvert;
+    int32_t *home = NEW(int32_t, n); /* which component a vertex belongs to is not known yet */
+    memset(home, 0xff, (size_t)n * sizeof *home);
+    remesh_begin(&r, &tr->mesh, tr->field, tr->edge, &(Homes){iso_is_home, iso, home});
+    remesh_rehome(&r, tr->frozen);
+    remesh_heal(&r, tr->frozen, &found);
+    stat->inverted_found += found;
+    wake_changed(tr, n);
+    compact(tr, &r);
+    remesh_end(&r);
+    mem_free(home);
 }
 
 static void begin_edits(Track *tr, const IsoSurface *iso, Remesh *r)
@@ -130,12 +154,14 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
         if (v_len2(v_sub(m->pos[v], was[v])) < limit * limit) m->pos[v] = was[v];
     freeze(tr, was, stat);
     mem_free(was);
-    Remesh r;
-    begin_edits(tr, iso, &r);
-    remesh_rehome(&r, tr->frozen);
-    wake_changed(tr, m->nvert);
-    compact(tr, &r);
-    remesh_end(&r);
+    if (tr->set.topology == TOPOLOGY_PAPERS) { /* while what has lost its surface still lies where it lost it */
+        int first = m->nvert;
+        track_papers_deaths(tr);
+        track_papers_rejoin(tr);
+        wake_changed(tr, first);
+        compact(tr, NULL);
+    }
+    tidy_landing(tr, iso, stat);
     stat->seconds.predict += track_clock() - t0;
 }
 
@@ -146,52 +172,44 @@ static void round_positions(Track *tr)
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
 }
 
-/* Specks are taken from the grid at every frame unless they did not move. Returns how many. */
-static int renew_specks(const Track *tr, const IsoSurface *iso, const int32_t *tri_comp, const int32_t *partner, uint8_t *mesh_bad, uint8_t *iso_bad)
+/* The columns of vertices that are still there go with them; the others are new. */
+static void carry_columns(Track *tr, int n, const int32_t *id, const float *unrest, const uint8_t *frozen)
 {
     const Mesh *m = &tr->mesh;
-    int n = 0;
-    for (int t = 0; t < m->ntri; t++) {
-        int c = tri_comp[t], k = partner[c];
-        if (tr->frozen[m->corner[3 * t]] || mesh_bad[c] || k == NONE || !speck_is(iso, k)) continue;
-        mesh_bad[c] = iso_bad[k] = 1;
-        n++;
+    Map at;
+    map_init(&at, n);
+    for (int i = 0; i < n; i++) map_put(&at, (uint64_t)id[i], i);
+    add_columns(tr, 0);
+    for (int v = 0; v < m->nvert; v++) {
+        int i = map_get(&at, (uint64_t)m->id[v]);
+        if (i != NONE) tr->unrest[v] = unrest[i], tr->frozen[v] = frozen[i];
     }
-    return n;
+    map_free(&at);
 }
 
-/* Drops the components that do not match the grid and makes them anew. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, int rules, Census *census, FrameStat *stat)
+/* Brings the mesh to the isosurface's topology. */
+static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
-    int32_t *comp = NEW(int32_t, m->ntri);
-    int n = mesh_components(m, comp, NULL);
-    int32_t *partner = NEW(int32_t, n);
-    uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
-    AuditMesh a = {m->nvert, m->ntri, n, m->pos, m->corner, comp};
-    AuditStat audit = audit_match(iso, &a, rules, mesh_bad, iso_bad, partner);
-    int specks = renew_specks(tr, iso, comp, partner, mesh_bad, iso_bad);
-    double t1 = track_clock();
-    stat->seconds.audit += t1 - t0;
-    census_mark_remade(census, m, comp, mesh_bad);
-    if (audit.wrong_mesh + audit.wrong_iso + specks) {
-        mesh_drop_components(m, comp, mesh_bad);
-        compact(tr, NULL);
-        int first = m->nvert;
-        RemakeStat s = remake_components(iso, iso_bad, tr->edge * tr->rest_ratio / REST_RATIO, m);
-        add_columns(tr, first);
-        for (int v = s.first_plain; v < m->nvert; v++) tr->frozen[v] = 1;
-        stat->remade_components += s.components;
-        stat->remade_vertices += s.vertices;
-        stat->raw_components += s.raw_components;
-    }
-    mem_free(comp);
-    mem_free(mesh_bad);
-    mem_free(iso_bad);
-    mem_free(partner);
-    round_positions(tr);
-    stat->seconds.mend += track_clock() - t1;
+    int n = m->nvert;
+    int32_t *id = NEW(int32_t, n);
+    float *unrest = NEW(float, n);
+    uint8_t *frozen = NEW(uint8_t, n);
+    for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v];
+    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, crossings}, m, &tr->mended);
+    carry_columns(tr, n, id, unrest, frozen);
+    mem_free(id);
+    mem_free(unrest);
+    mem_free(frozen);
+    stat->seconds.mend += track_clock() - t0;
+}
+
+/* Specks stay as they are drawn. */
+static void hold_specks(Track *tr, const IsoSurface *iso, const Remesh *r)
+{
+    for (int v = 0; v < tr->mesh.nvert; v++)
+        if (r->home[v] != NONE && speck_is(iso, r->home[v])) tr->frozen[v] = 1;
 }
 
 static void alter(Track *tr, Remesh *r, FrameStat *stat)
@@ -216,6 +234,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     for (int v = 0; v < m->nvert; v++) awake += !tr->frozen[v];
     if (awake == 0) return;
     begin_edits(tr, iso, &r);
+    hold_specks(tr, iso, &r);
     for (int k = 0; k < tr->set.relax_steps; k++) {
         alter(tr, &r, stat);
         double t0 = track_clock();
@@ -223,7 +242,9 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
         remesh_remember_lengths(m);
         stat->seconds.relax += track_clock() - t0;
     }
-    stat->inverted_left = remesh_heal(&r, tr->frozen, &stat->inverted_found);
+    int found;
+    remesh_heal(&r, tr->frozen, &found);
+    stat->inverted_found += found;
     remesh_rehome(&r, tr->frozen);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
@@ -244,18 +265,52 @@ static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
     stat->seconds.refine += track_clock() - t0;
 }
 
+/* After the mechanical mesh's topology was changed. */
+static void refine_changed(Track *tr, const IsoSurface *iso, int first_new, FrameStat *stat)
+{
+    wake_changed(tr, first_new);
+    compact(tr, NULL);
+    round_positions(tr);
+    refine(tr, iso, stat);
+}
+
+/* RR-6128 section 4: the mechanical mesh changed until the geometric one shows no more events. */
+static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
+{
+    Mesh *m = &tr->mesh;
+    int first = m->nvert, done = 1;
+    track_papers_deaths(tr);
+    track_papers_births(tr, iso);
+    refine_changed(tr, iso, first, stat);
+    for (int k = 0; k < track_papers_rounds() && done; k++) {
+        first = m->nvert;
+        done = track_papers_events(tr);
+        if (m->nvert > first || m->deadtri) refine_changed(tr, iso, first, stat); /* also by what came to nothing */
+    }
+    if (track_papers_leftovers(tr, iso)) refine_changed(tr, iso, m->nvert, stat);
+}
+
+static void untangle(Track *tr, FrameStat *stat)
+{
+    double t0 = track_clock();
+    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &stat->flattened);
+    stat->seconds.refine += track_clock() - t0;
+}
+
 /* The geometric mesh must match the grid as well: what is left wrong after all mending is reported. */
 static int audit_geometric(const Track *tr, const IsoSurface *iso)
 {
     const RefinedMesh *f = &tr->fine;
     int32_t *mech_comp = NEW(int32_t, tr->mesh.ntri), *comp = NEW(int32_t, f->ntri);
     int n = mesh_components(&tr->mesh, mech_comp, NULL);
+    int32_t *partner = NEW(int32_t, n);
     uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
     for (int t = 0; t < f->ntri; t++) comp[t] = mech_comp[f->parent[t]];
     AuditMesh a = {f->nvert, f->ntri, n, f->pos, f->tri, comp};
-    AuditStat s = audit_match(iso, &a, 0, mesh_bad, iso_bad, NULL);
+    AuditStat s = audit_match(iso, &a, false, mesh_bad, iso_bad, partner);
     mem_free(mech_comp);
     mem_free(comp);
+    mem_free(partner);
     mem_free(mesh_bad);
     mem_free(iso_bad);
     return int_max(s.euler_errors, s.wrong_iso);
@@ -273,9 +328,20 @@ static void adapt_rest(Track *tr)
     tr->set.mech.rest = tr->rest_ratio * tr->edge;
 }
 
+static void report_mending(const Track *tr, FrameStat *stat)
+{
+    const MendStat *s = &tr->mended;
+    stat->mend_faults = s->faults;
+    stat->mend_patches = s->npatch;
+    stat->replaced_vertices = s->dropped - s->survived;
+    stat->remade_components = s->whole;
+    stat->raw_components = s->raw;
+}
+
 bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
 {
     *stat = (FrameStat){0};
+    tr->changes.n = 0;
     if (field->nbrick && tr->edge == 0) tr->edge = tr->set.edge * field->voxel;
     if (field->nbrick && tr->edge < EDGE_LEAST_VOX * field->voxel)
         return fail(err, ERR_USAGE, "an edge of %g is less than a tenth of the frame's voxels (%g); give it in voxels, such as --edge 1.5v", tr->edge, field->voxel);
@@ -286,6 +352,7 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     tr->span_s = frames / tr->set.fps;
     if (field->nbrick == 0) mesh_clear(&tr->mesh);
     adapt_rest(tr);
+    tr->mended = (MendStat){.patch = tr->mended.patch, .cappatch = tr->mended.cappatch};
     Census census;
     census_take(&census, &tr->mesh);
     double t0 = track_clock();
@@ -296,19 +363,22 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     stat->seconds.audit += track_clock() - t0;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, &iso, stat);
-    const int rules = AUDIT_COVERAGE | AUDIT_STRAYS | AUDIT_SIZE;
-    if (mend) audit_and_mend(tr, &iso, rules, &census, stat);
+    if (mend) audit_and_mend(tr, &iso, false, stat);
     alter_and_relax(tr, &iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, &iso, rules | AUDIT_FAR, &census, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, &iso, true, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
-    refine(tr, &iso, stat);
+    if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, &iso, stat); /* a mesh just made has had no events */
+    else refine(tr, &iso, stat);
+    untangle(tr, stat);
     t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &iso);
+    track_find_events(tr, &iso, stat);
     iso_free(&iso);
     stat->seconds.audit += track_clock() - t0;
     stat->ids_kept = census_share_kept(&census, &tr->mesh);
     census_free(&census);
+    report_mending(tr, stat);
     track_measure(tr, stat);
     return true;
 }

@@ -1,21 +1,24 @@
 /* track.h: the method: a surface followed through a sequence of fields by two meshes.
  *
- * track_frame is one frame of the line  predict -> audit and mend -> alter and relax -> audit and mend -> refine:
+ * track_frame is one frame of the line  predict -> audit and mend -> alter and relax -> audit and mend -> refine -> untangle:
  * afterwards the mechanical and the geometric mesh of the frame can be taken as TriMesh (what is written is
  * what was audited: positions are rounded to float32 inside). Everything here is deterministic in the fields,
  * settings and thread-count-independent. */
 #pragma once
+#include "events/change.h"
 #include "field/field.h"
 #include "mechanics/mechanics.h"
 #include "mesh/mesh.h"
 #include "mesh/trimesh.h"
+#include "track/event.h"
 
-typedef enum TopologyKind { TOPOLOGY_EXACT, TOPOLOGY_NONE } TopologyKind;
+/* Exact: mended at every frame until it is that of the grid. Papers: RR-6128 section 4. None: as it comes. */
+typedef enum TopologyKind { TOPOLOGY_EXACT, TOPOLOGY_PAPERS, TOPOLOGY_NONE } TopologyKind;
 
 typedef struct TrackSettings {
     double edge;               /* mean mechanical edge wanted; > 0 */
     bool edge_in_voxels;       /* in voxels of the first frame with a surface, else world units */
-    double e_min, e_max;       /* 1, 2: collapse below e_min e-hat, split above e_max e-hat (2.5, 2.6.1) */
+    double e_min, e_max;       /* 0.8, 2: collapse below e_min e-hat, split above e_max e-hat (2.5, 2.6.1) */
     double eps_e;              /* 0.1: limit on the change of an edge's length, in e-hat */
     int relax_steps;           /* quasi-static steps a frame; 2 */
     MechanicsSettings mech;    /* mech.rest is set by the tracker */
@@ -43,12 +46,16 @@ typedef struct FrameStat {
     int inverted_left_geometric;
     int frozen_vertices;
     int audit_components, audit_euler;                /* of the grid's own isosurface */
-    int remade_components, remade_vertices;
-    int raw_components;                               /* left as raw marching cubes: the last resort's last resort */
+    int mend_faults;                                  /* faulty triangles and uncovered cells found after the prediction and after relaxing */
+    int mend_patches, replaced_vertices;              /* patches sewn in; vertices that lost their identity to them */
+    int remade_components;                            /* of more than 500 triangles, made anew as a whole; sound vertices keep their identities */
+    int raw_components;                               /* with reference triangles left as they are: the last resort's last resort */
+    int events[EVENT_KINDS];                          /* the counts of the events of each kind, added up */
     int wrong_components;                             /* that differ from the grid after all mending; 0 in exact mode */
-    double ids_kept;                                  /* share of last frame's identities, in components not remade; NaN: none */
+    double ids_kept;                                  /* share of last frame's identities that are still there; NaN: there were none */
     double distance_mean_vox, distance_max_vox;       /* geometric edge midpoints to the surface, by |F| / |grad F| */
-    int self_intersections;                           /* NONE: not looked for */
+    int self_intersections;                           /* pairs of geometric triangles that run through one another, left */
+    int flattened;                                    /* midpoints put back on their edges for that reason */
     struct { double predict, alter, relax, audit, mend, refine; } seconds;
 } FrameStat;
 
@@ -57,15 +64,21 @@ typedef struct Track Track;
 Track *track_open(const TrackSettings *set);
 void track_close(Track *tr);
 
-/* Takes the mesh to the field's surface. `field` is borrowed until the next call returns (it is the "last frame" of
- * the next). `velocity` (may be NULL) is the grid of this frame, in world units a second. `frames` is the number
- * of frame intervals since the last call (1, or more after skipped frames; ignored on the first call).
+/* Takes the mesh to the field's surface. `velocity` (may be NULL) is the grid of this frame, in world units a second.
+ * Both are borrowed, and stay where they are, until the next frame is tracked and carried (they are its "last frame").
+ * `frames` is the number of frame intervals since the last call (1, or more after skipped frames; ignored on the first call).
  * False only for what the settings and the field make impossible (Err says it). */
 bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err);
+
+/* What RR-6128's rules changed in the frame just tracked (TOPOLOGY_PAPERS); the tracker's own until the next frame. */
+const ChangeList *track_changes(const Track *tr);
 
 /* The meshes of the frame just tracked; the caller frees them. `open_border` leaves out what closes the surface beyond
  * the grid's active bounding box. Either may be NULL. */
 void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric);
+
+/* What became of the components in the frame just tracked; valid until the next one. */
+const FrameEvents *track_events(const Track *tr);
 
 /* The vertices of last frame's mesh carried to the field of the frame just tracked, for the last stretch of a run of
  * animated glTF: velocity, then projection, held where that fails. pos, normal: [3*mesh->nvert]. */

@@ -1,9 +1,32 @@
 /* track_priv.h: the tracker's state, shared inside the module. */
 #pragma once
+#include "events/events.h"
 #include "refine/refine.h"
 #include "remesh/remesh.h"
-#include "topology/iso.h"
+#include "topology/mend.h"
 #include "track/track.h"
+
+/* A component of the mechanical mesh. */
+typedef struct Body {
+    int32_t number;         /* the least identity in it */
+    int start, end;         /* its vertices in Bodies */
+    int euler;
+    double volume;          /* world units; negative: a cavity */
+    Vec3 lo, hi, centre;    /* the mean of its vertices */
+} Body;
+
+/* The components of a mesh and their vertices, apart from the mesh. */
+typedef struct Bodies {
+    int n;
+    Body *body;             /* [n] by number */
+    int32_t *id;            /* of each vertex, body by body */
+    Vec3 *pos;
+} Bodies;
+
+typedef struct BodyLink {
+    int a, b;               /* before, after */
+    int shared;             /* identities; 0: linked by place */
+} BodyLink;
 
 struct Track {
     TrackSettings set;
@@ -16,9 +39,14 @@ struct Track {
     Mechanics mech;
     Refine refine;
     RefinedMesh fine;       /* geometric */
+    MendStat mended;        /* in this frame */
+    bool begun;             /* a frame was tracked */
+    Bodies bodies;          /* of the mesh after the last frame tracked */
+    FrameEvents events;     /* in this frame */
     const Field *field, *last_field;       /* borrowed */
     const Grid *velocity, *last_velocity;  /* borrowed; may be NULL */
     double span_s;          /* seconds between the two */
+    ChangeList changes;     /* by the papers' rules in this frame */
 };
 
 /* --- predict.c ------------------------------------------------------------------------------------------------------ */
@@ -34,20 +62,40 @@ int track_predict(const Track *tr, int n, Vec3 *p, uint8_t *status, int *substep
 /* One quasi-static step of the mechanical mesh, guarded and landed (GI'07 2.2 to 2.6). */
 void track_relax(Track *tr, Remesh *r, FrameStat *stat);
 
+/* --- papers.c: leave dead vertices and triangles behind ----------------------------------------------------------------- */
+
+/* Rounds of events in a frame at most. */
+int track_papers_rounds(void);
+/* One round of blends, or where there are none of splits, on the refined mesh. Returns how many. */
+int track_papers_events(Track *tr);
+/* What the mechanical mesh alone shows once it is carried to the frame: lost sheets that face each other. */
+int track_papers_rejoin(Track *tr);
+/* Components that have lost their surface go, components of the surface that have no mesh come. Return how many. */
+int track_papers_deaths(Track *tr);
+int track_papers_births(Track *tr, const IsoSurface *iso);
+/* Components of a few vertices that lie on a surface which another component has: what is left of specks. On a compact mesh. */
+int track_papers_leftovers(Track *tr, const IsoSurface *iso);
+
 /* --- census.c: which identities survive ---------------------------------------------------------------------------- */
 
 typedef struct Census {
-    int n, ncomp;
-    int32_t *id, *comp;   /* [n] of each vertex before the frame */
-    uint8_t *remade;      /* [ncomp] */
+    int n;
+    int32_t *id;   /* [n] of each vertex before the frame */
 } Census;
 
 void census_take(Census *c, const Mesh *m);
-/* A component before the frame counts as remade when one of its vertices is now in a bad component. */
-void census_mark_remade(Census *c, const Mesh *m, const int32_t *tri_comp, const uint8_t *mesh_bad);
-/* The share of identities still there, of components not remade; NaN when there was none. */
+/* The share of identities still there; NaN when there was none. */
 double census_share_kept(const Census *c, const Mesh *m);
 void census_free(Census *c);
+
+/* --- lineage.c, event.c: what became of the components ------------------------------------------------------------- */
+
+/* `mesh` must be compact. */
+void bodies_take(Bodies *b, const Mesh *m);
+void bodies_free(Bodies *b);
+/* Fills tr->events and the frame's counts; the mesh is as it will be written. */
+void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat);
+void events_free(FrameEvents *e);
 
 /* --- measure.c ------------------------------------------------------------------------------------------------------- */
 

@@ -97,10 +97,17 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 }
 
 @test "what is not in this version says so" {
-    for option in --resume --follow "--attribute=heat" "--format=vat" "--topology=papers" --json-log; do
+    for option in --resume --follow "--attribute=heat" "--format=vat" --json-log; do
         mesh balls.0001.npy $option
         expect 2 "not in this version"
     done
+}
+
+@test "the papers' topology follows balls that merge" {
+    mesh 'balls.####.npy' --frames 1-6 --topology papers
+    expect 0
+    [ "$(ls out.geometric.*.ply | wc -l)" -eq 6 ]
+    ! grep -q '"wrong_components":[1-9]' out.report.jsonl
 }
 
 @test "option syntax: =, joined, --, after operands" {
@@ -115,7 +122,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     mesh balls.0001.npy balls.0002.npy --format ply,glb,gltf
     expect 0
     [ "$(ls out.*.ply | tr '\n' ' ')" = "out.geometric.0001.ply out.geometric.0002.ply out.mechanical.0001.ply out.mechanical.0002.ply " ]
-    for file in out.geometric.glb out.mechanical.glb out.geometric.gltf out.mechanical.gltf out.report.jsonl out.timings.jsonl; do [ -s $file ]; done
+    for file in out.geometric.glb out.mechanical.glb out.geometric.gltf out.mechanical.gltf out.report.jsonl out.events.jsonl out.timings.jsonl; do [ -s $file ]; done
     no_parts
     [ "$(wc -l <out.report.jsonl)" -eq 4 ]
     [ "$(head -c 3 out.geometric.0001.ply)" = ply ]
@@ -129,6 +136,23 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     ! grep -qF "$PWD" out.report.jsonl
     ! grep -qE 'seconds|threads|balls' out.report.jsonl
     grep -q '"complete":true' out.report.jsonl
+}
+
+@test "the events: a line a frame, a line an event, free of times and paths" {
+    mesh "$PWD"/balls.000[123456].npy
+    expect 0 "topology events           1 blend"
+    no_parts
+    # JSON as far as it can be seen without a parser: one object a line, of known keys in their order
+    local frame='\{"frame":"[0-9]+","kind":' numbers='\[[0-9,]*\]' point='\[[-0-9.e]+,[-0-9.e]+,[-0-9.e]+\]'
+    local components="$frame\"components\",\"since\":(null|\"[0-9]+\"),\"before\":$numbers,\"after\":$numbers,\"links\":\[[][0-9,]*\]\}"
+    local event="$frame\"[a-z-]+\",\"place\":$point,\"before\":$numbers,\"after\":$numbers,\"replaced\":[0-9]+,\"count\":[0-9]+,\"places\":\[$point(,$point)*\]\}"
+    ! sed '$d' out.events.jsonl | grep -vxE "$components|$event"
+    [[ $(tail -n 1 out.events.jsonl) == '{"totals":{"complete":true,"frames":6,"events":{"blend":1,'*'}}}' ]]
+    [ "$(grep -c '"kind":"components"' out.events.jsonl)" -eq 6 ]
+    [ "$(head -n 1 out.events.jsonl | cut -d, -f1-4)" = '{"frame":"0001","kind":"components","since":null,"before":[]' ]
+    [ "$(grep -c '"kind":"blend"' out.events.jsonl)" -eq 1 ]
+    [ "$(tail -n 1 out.report.jsonl | grep -c '"events":{"blend":1,')" -eq 1 ]
+    if command -v jq >/dev/null; then jq -e . out.events.jsonl >/dev/null; fi
 }
 
 @test "the surface chosen is said once, --quiet says nothing, --verbose a line a frame" {
@@ -168,7 +192,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 @test "the same bytes for 1 and 2 threads" {
     mesh balls.000[123].npy --format ply,glb --threads 1 -o one
     mesh balls.000[123].npy --format ply,glb --threads 2 -o two
-    for file in one.*.ply one.*.glb one.report.jsonl; do cmp "$file" "two${file#one}"; done
+    for file in one.*.ply one.*.glb one.report.jsonl one.events.jsonl; do cmp "$file" "two${file#one}"; done
 }
 
 @test "--angle 180 makes the geometric mesh a copy" {
@@ -235,6 +259,12 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     expect 3 balls.0001.raw
 }
 
+@test "frames far apart are bridged by the fields between them, so the last one is still there" {
+    mesh --frames 1-5x4 balls.####.npy
+    expect 0
+    [[ $(frame_of 0005) == *'"predict_substeps":4,'*'"projections_lost":0,'* ]] || { frame_of 0005; return 1; }
+}
+
 @test "a real level set with its velocity" {
     run --separate-stderr "$twinmesh" mesh "$samples/splash/fluid.0018.vdb" "$samples/splash/fluid.0019.vdb" -o out --velocity velocity
     expect 0 "below 0" "2.5 voxels"
@@ -247,7 +277,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 bad_second() { # words...
     mesh balls.0001.npy balls.0002.npy balls.0003.npy --format ply,glb
     expect 3 balls.0002.npy "frame 0002" "$@"
-    [ "$(left)" = "out.geometric.0001.ply out.geometric.glb out.mechanical.0001.ply out.mechanical.glb out.report.jsonl out.timings.jsonl " ]
+    [ "$(left)" = "out.events.jsonl out.geometric.0001.ply out.geometric.glb out.mechanical.0001.ply out.mechanical.glb out.report.jsonl out.timings.jsonl " ]
     [ "$(head -c 4 out.geometric.glb)" = glTF ]
     grep -q '"complete":false' out.report.jsonl
 }
@@ -321,6 +351,8 @@ bad_second() { # words...
     expect 0 balls.0002.npy "frame 0002 is skipped"
     [ "$(ls out.geometric.*.ply | tr '\n' ' ')" = "out.geometric.0001.ply out.geometric.0003.ply " ]
     [[ $(frame_of 0002) == *'"fate":"skipped"'* ]]
+    ! grep -q '"frame":"0002"' out.events.jsonl
+    grep -q '"frame":"0003","kind":"components","since":"0001"' out.events.jsonl
 }
 
 @test "--on-error hold: the last meshes again" {
@@ -330,6 +362,8 @@ bad_second() { # words...
     cmp out.geometric.0001.ply out.geometric.0002.ply
     [[ $(frame_of 0002) == *'"fate":"held"'* ]]
     [[ $(frame_of 0003) == *'"fate":"tracked"'* ]]
+    ! grep -q '"frame":"0002"' out.events.jsonl
+    grep -q '"frame":"0003","kind":"components","since":"0001"' out.events.jsonl
 }
 
 @test "--on-error skip with nothing that can be read" {

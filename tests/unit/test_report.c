@@ -14,7 +14,7 @@ static FrameStat sample(void)
     return (FrameStat){.components = 2, .triangles_mechanical = 100, .triangles_geometric = 250, .edge_asked = 0.5,
                        .edge_mean = 0.25, .edge_rest = 0.3, .min_angle_p5 = 30, .min_angle_p50 = 50, .splits = 3,
                        .ids_kept = NAN, .distance_mean_vox = 0.125, .distance_max_vox = 0.5,
-                       .self_intersections = NONE, .seconds = {.relax = 0.25}};
+                       .self_intersections = 3, .flattened = 7, .events = {[EVENT_SPLIT] = 2}, .seconds = {.relax = 0.25}};
 }
 
 /* Writes one frame's line into text. */
@@ -44,9 +44,32 @@ static void test_frame(void **state)
     expect_in(text, "\"triangles_geometric\":250,");
     expect_in(text, "\"edge_mean\":0.25,");
     expect_in(text, "\"ids_kept\":null,");
-    expect_in(text, "\"self_intersections\":null}\n");
+    expect_in(text, "\"self_intersections\":3,\"flattened\":7,\"events\":");
+    expect_in(text, ",\"events\":{\"blend\":0,\"split\":2,\"birth\":0,\"death\":0,\"hole-open\":0,\"hole-close\":0,\"mend\":0}}\n");
     assert_null(strstr(text, "nan"));
     assert_null(strstr(text, "seconds"));
+}
+
+static void test_events(void **state)
+{
+    (void)state;
+    int32_t before[] = {3, 17}, after[] = {3}, link[][2] = {{3, 3}, {17, 3}}, number[] = {3, 17, 3};
+    Vec3 place[] = {{0.5, -0.0, 2}};
+    FrameEvent blend = {EVENT_BLEND, 1, 24, 0, 2, 2, 1, 0, 1};
+    FrameEvents e = {.nbefore = 2, .nafter = 1, .before = before, .after = after, .nlink = 2, .link = link, .nevent = 1, .event = &blend, .number = number, .place = place};
+    char text[1000];
+    FILE *f = tmpfile();
+    assert_non_null(f);
+    events_write_frame(f, "0012", "0011", &e);
+    e = (FrameEvents){.first = true, .nafter = 1, .after = after};
+    events_write_frame(f, "0001", NULL, &e);
+    rewind(f);
+    size_t n = fread(text, 1, sizeof text - 1, f);
+    text[n] = 0;
+    fclose(f);
+    assert_string_equal(text, "{\"frame\":\"0012\",\"kind\":\"components\",\"since\":\"0011\",\"before\":[3,17],\"after\":[3],\"links\":[[3,3],[17,3]]}\n"
+                              "{\"frame\":\"0012\",\"kind\":\"blend\",\"place\":[0.5,0,2],\"before\":[3,17],\"after\":[3],\"replaced\":24,\"count\":1,\"places\":[[0.5,0,2]]}\n"
+                              "{\"frame\":\"0001\",\"kind\":\"components\",\"since\":null,\"before\":[],\"after\":[3],\"links\":[]}\n");
 }
 
 static void test_frame_not_tracked(void **state)
@@ -79,6 +102,7 @@ static void test_totals(void **state)
     assert_int_equal(t.empty, 1);
     assert_int_equal(t.exact, 2);
     assert_int_equal(t.triangles_geometric, 500);
+    assert_int_equal(t.events[EVENT_SPLIT], 4);
     assert_int_equal(t.nsurface, 2);
     assert_true(t.edge_ratio_sum == 1);
     assert_true(t.angle_p5_least == 20);
@@ -109,6 +133,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_frame),
+        cmocka_unit_test(test_events),
         cmocka_unit_test(test_frame_not_tracked),
         cmocka_unit_test(test_totals),
         cmocka_unit_test(test_totals_of_nothing),
