@@ -41,7 +41,9 @@ OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*
 MAIN = $(B)/src/cli/main.c.o
 LIB = $(B)/libtwinmesh.a
 TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(B)/tests/volume_to_mesh.d
+# What tests/unit/test_events.c, test_lineage.c and the soak share.
+SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -63,7 +65,13 @@ $(B)/%.cpp.o: %.cpp $(B)/flags
 $(B)/tests/test_%: tests/unit/test_%.c $(LIB) $(B)/flags
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -MF $@.d -c -o $@.o $<
-	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka $(LIBS)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(filter $(SOAK),$^) $(LIB) -lcmocka $(LIBS)
+
+$(B)/tests/test_events: $(SOAK)
+$(B)/tests/test_lineage: $(B)/tests/soak/scenes.c.o
+
+$(B)/tests/soak/soak: $(B)/tests/soak/soak.c.o $(SOAK) $(LIB)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 	@mkdir -p $(@D)
@@ -103,7 +111,7 @@ check: deps
 	+@$(MAKE) --no-print-directory check-build
 	@tests/check.sh $(B)
 
-check-build: all $(TESTS) $(OTHER_BUILDS)
+check-build: all $(TESTS) $(B)/tests/soak/soak $(OTHER_BUILDS)
 ifneq ($(B),build/debug)
 build/debug/twinmesh: FORCE
 	+@$(MAKE) --no-print-directory all config=debug B=build/debug
@@ -117,6 +125,12 @@ bench:
 	@.ci/deps $(BUILD_PACKAGES)
 	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
 	@tests/bench/bench.sh $(B)
+
+# A thousand drawn sequences, every frame checked: ten minutes. SOAK_ARGS: see tests/soak/soak.c.
+soak:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory $(B)/tests/soak/soak
+	@$(B)/tests/soak/soak $(SOAK_ARGS)
 
 layers:
 	@tests/layers.sh
@@ -140,7 +154,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench soak layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)

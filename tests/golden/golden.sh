@@ -12,7 +12,7 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 bad=0
 
-hashes() { (cd "$1" && sha256sum -- *.ply *.glb *.gltf *.bin *.report.jsonl 2>/dev/null | LC_ALL=C sort -k2); }
+hashes() { (cd "$1" && sha256sum -- *.ply *.glb *.gltf *.bin *.report.jsonl *.events.jsonl 2>/dev/null | LC_ALL=C sort -k2); }
 
 run() { # name, threads, arguments...
     local name=$1 threads=$2
