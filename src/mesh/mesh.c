@@ -229,6 +229,15 @@ Vec3 mesh_tri_area2(const Mesh *m, int t)
     return v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
 }
 
+Vec3 mesh_ring_mean(const Mesh *m, int v)
+{
+    Vec3 sum = vec3(0, 0, 0);
+    int n = 0, h = m->out[v];
+    do sum = v_add(sum, m->pos[he_to(m, h)]), n++;
+    while ((h = he_around(m, h)) != m->out[v]);
+    return v_scale(sum, 1.0 / n);
+}
+
 double mesh_edge_length(const Mesh *m, int h) { return v_dist(m->pos[he_from(m, h)], m->pos[he_to(m, h)]); }
 
 /* --- the invariant ----------------------------------------------------------------------------------------- */

@@ -59,15 +59,6 @@ static bool heal_by_collapse(Remesh *r, int t)
     return false;
 }
 
-static Vec3 ring_mean(const Mesh *m, int v)
-{
-    int h = m->out[v], n = 0;
-    Vec3 mean = vec3(0, 0, 0);
-    do mean = v_add(mean, m->pos[he_to(m, h)]), n++;
-    while ((h = he_around(m, h)) != m->out[v]);
-    return v_scale(mean, 1.0 / n);
-}
-
 static bool try_place(Remesh *r, int v, Vec3 p, int before)
 {
     if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) return false;
@@ -83,13 +74,13 @@ static bool heal_by_move(Remesh *r, int t)
     Mesh *m = r->mesh;
     for (int k = 0; k < 3; k++) {
         int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
-        Vec3 mean = ring_mean(m, v);
+        Vec3 mean = mesh_ring_mean(m, v);
         for (int i = 0; i < 3; i++)
             if (try_place(r, v, v_mix(m->pos[v], mean, 1 - 0.35 * i), before)) return true;
     }
     for (int k = 0; k < 3; k++) {
         int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
-        Vec3 mean = ring_mean(m, v), n = r->normal[v], side = fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0);
+        Vec3 mean = mesh_ring_mean(m, v), n = r->normal[v], side = fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0);
         Vec3 u = v_unit(v_cross(n, side)), w = v_cross(n, u);
         for (int i = 0; i < 24; i++) {
             double radius = 0.2 * (1 + i / 8) * r->edge;
@@ -140,7 +131,7 @@ static bool is_astray(const Remesh *r, int v)
 static bool move_home(Remesh *r, int v)
 {
     Mesh *m = r->mesh;
-    Vec3 mean = ring_mean(m, v);
+    Vec3 mean = mesh_ring_mean(m, v);
     int h = m->out[v], before = count_ring(r, v, m->pos[v], NONE);
     for (int i = 0; i < 4; i++)
         do {

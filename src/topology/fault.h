@@ -18,6 +18,7 @@ typedef struct Faults {
     int any;          /* faulty triangles and uncovered cells */
 } Faults;
 
-/* `mesh` must be compact. closely[iso->ncomp]: components of which a single cell without mesh near it counts (NULL: none); `crossings`: look for triangles that run through one another, too; positions are rounded to float32 then. */
+/* `mesh` must be compact. closely[iso->ncomp]: components of which a single cell without mesh near it counts (NULL: none).
+ * `crossings`: triangles that run through one another as well; positions must hold float32 values then. */
 void faults_find(const IsoSurface *iso, const Mesh *mesh, const uint8_t *closely, bool crossings, Faults *f);
 void faults_free(Faults *f);

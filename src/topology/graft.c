@@ -292,6 +292,13 @@ static void give_up(Graft *g)
     settle_drops(g);
 }
 
+/* Whatever has a border is made anew as a whole: then there is none. */
+static void take_bordered_whole(Graft *g)
+{
+    for (int i = 0; i < g->nseam; i++) g->whole[g->plan->comp[g->seam[i].a]] = 1;
+    settle_drops(g);
+}
+
 /* --- all of it ------------------------------------------------------------------------------------------------------------ */
 
 static int count_dropped(const Graft *g)
@@ -351,7 +358,8 @@ void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uin
     for (int round = 1; !cut_patches(&g); round++) {
         sheet_free(&g.sheet);
         if (round < ROUNDS_MAX) widen(&g);
-        else give_up(&g);
+        else if (round < 2 * ROUNDS_MAX) give_up(&g);
+        else take_bordered_whole(&g); /* what is spared may be dropped again for its shape: this ends it */
     }
     for (int k = 0; k < iso->ncomp; k++) {
         speck[k] = g.whole[k] && speck_is(iso, k);

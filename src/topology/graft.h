@@ -4,9 +4,11 @@
  * seam (sheet.h), and what lies inside the seams is sewn in. Seams cut both surfaces along the same curves, so patch and
  * mesh fit whatever either looks like; and the patch has the isosurface's own topology, so that a blend (two discs
  * dropped, an annulus sewn in), a split, a hole need no cases of their own. Dropped vertices that lie soundly on the surface are put
- * into the patch and keep their identities. A border that cannot be traced is widened, in the end to whole components:
- * then there is no border, and nothing can fail. (DESIGN's dual of a geodesic Voronoi diagram gives the same
- * guarantee where its cells are discs; here nothing has to be checked, and outside the patches no edge changes.) */
+ * into the patch and keep their identities. A seam may still pass something small on another side than the mesh does, so a patch
+ * of a component that matched before must have the topology of what it replaces (balance.c). A border that cannot be
+ * traced is widened; what cannot be sewn at last stays as it was, or, where the component does not match, is made anew as a
+ * whole: then there is no border, and nothing can fail. (DESIGN's dual of a geodesic Voronoi diagram has to check every cell; here only
+ * borders are, and outside the patches no edge changes.) */
 #pragma once
 #include "topology/mend.h"
 

@@ -178,15 +178,6 @@ static int count_raw(const IsoSurface *iso, const Verdict *v)
     return n;
 }
 
-static Vec3 ring_mean(const Mesh *m, int v)
-{
-    Vec3 sum = vec3(0, 0, 0);
-    int n = 0, h = m->out[v];
-    do sum = v_add(sum, m->pos[he_to(m, h)]), n++;
-    while ((h = he_around(m, h)) != m->out[v]);
-    return v_scale(sum, 1.0 / n);
-}
-
 static bool ring_has_area(const Mesh *m, int v)
 {
     int h = m->out[v];
@@ -203,7 +194,7 @@ static void give_area(Mesh *m)
         for (int k = 0; k < 9 && !has_area(m, t); k++) {
             int v = m->corner[3 * t + k % 3];
             Vec3 was = m->pos[v];
-            m->pos[v] = v_round32(v_mix(was, ring_mean(m, v), 0.15 * (1 + k / 3)));
+            m->pos[v] = v_round32(v_mix(was, mesh_ring_mean(m, v), 0.15 * (1 + k / 3)));
             if (!ring_has_area(m, v)) m->pos[v] = was;
         }
 }

@@ -233,7 +233,7 @@ static Foot find_foot(const Sheet *s, Vec3 p, Vec3 n, int comp, double reach, bo
     return best;
 }
 
-/* Calls for each half-edge leaving v until it returns true: clockwise from out[v], to the rim or once around. */
+/* The half-edge leaving v after h, clockwise from out[v]; NONE at the rim or once around. */
 static int next_around(const Sheet *s, int v, int h)
 {
     int g = s->opp[h];

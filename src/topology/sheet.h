@@ -35,7 +35,7 @@ void sheet_build(Sheet *s, const IsoSurface *iso, const uint8_t *want_comp, cons
 void sheet_free(Sheet *s);
 
 /* Puts mesh vertex `pin` into the sheet at p, where the nearest triangle of component `comp` whose side agrees with the normal n
- * is within `reach`: takes over a vertex there or subdivides. `region`: only into a patch's triangles (REGION_NONE: anywhere);
+ * is within `reach`: takes over a vertex there or subdivides. `patches_only`: only into a patch's triangles;
  * `apart`: not nearer than this to another pinned vertex. Returns the sheet's vertex, or NONE. */
 int sheet_pin(Sheet *s, int pin, Vec3 p, Vec3 n, int comp, double reach, double apart, bool patches_only);
 
