@@ -81,6 +81,31 @@ RemeshStat remesh_alter(Remesh *r, const AlterRules *rules)
     return stat;
 }
 
+/* --- refining ---------------------------------------------------------------------------------------------------- */
+
+int remesh_split_marked(Remesh *r, const uint8_t *mark, double least)
+{
+    Mesh *m = r->mesh;
+    EdgeEnds *edge = NULL;
+    int n = 0, cap = 0, ntri = m->ntri, splits = 0;
+    for (int t = 0; t < ntri; t++) {
+        if (!mark[t]) continue;
+        int h = 3 * t;
+        for (int k = h + 1; k < 3 * t + 3; k++)
+            if (mesh_edge_length(m, k) > mesh_edge_length(m, h)) h = k;
+        RESERVE(edge, cap, n + 1);
+        edge[n++] = (EdgeEnds){mesh_edge_length(m, h), h, he_from(m, h), he_to(m, h)};
+    }
+    for (int i = 0; i < n; i++) { /* one that was split for another triangle is gone */
+        int h = edge[i].length > least ? remesh_find_edge(m, &edge[i]) : NONE;
+        if (h == NONE) continue;
+        remesh_split(r, h);
+        splits++;
+    }
+    mem_free(edge);
+    return splits;
+}
+
 /* --- coarsening -------------------------------------------------------------------------------------------------- */
 
 #define COARSEN_SHORT 0.72 /* edges below this are collapsed, */

@@ -45,6 +45,10 @@ typedef struct AlterRules {
 } AlterRules;
 RemeshStat remesh_alter(Remesh *r, const AlterRules *rules);
 
+/* Splits the longest edge of each triangle of mark[mesh->ntri], where it is longer than `least`, at its landed midpoint: flat
+ * triangles come nearer to the surface. Returns how many. */
+int remesh_split_marked(Remesh *r, const uint8_t *mark, double least);
+
 /* Flips edges whose two triangles gain at least `gain` in their lesser quality (1 is equilateral). Beyond the paper:
  * split and collapse alone leave valences of four and eight behind. Returns how many. */
 int remesh_flip(Remesh *r, double gain);
@@ -56,6 +60,9 @@ int remesh_flip_towards(Remesh *r, const Map *wanted);
  * that finds no surface, stays where it was. `frozen` (may be NULL): vertices that do not move. Returns how many stayed
  * against their will. */
 int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen);
+
+/* Moves the corners of poor triangles, one by one, to where the poorest around them is better, but for those held (may be NULL). */
+void remesh_improve(Remesh *r, const uint8_t *held);
 
 /* Steps of tangential smoothing: each vertex halfway towards its neighbours' mean. */
 void remesh_smooth(Remesh *r, int steps);

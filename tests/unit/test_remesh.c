@@ -5,6 +5,7 @@
 #include "topology/iso.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 typedef struct Skin {
     Field field;
@@ -369,6 +370,65 @@ static void smoothing_evens_out(void **state)
     skin_free(&s);
 }
 
+/* The p-th least angle of a hundred. */
+static double angle_percentile(const Mesh *m, int p)
+{
+    double *angle = NEW(double, m->ntri), a;
+    for (int t = 0; t < m->ntri; t++) angle[t] = least_angle(m, t);
+    qsort(angle, (size_t)m->ntri, sizeof *angle, compare_real);
+    a = angle[m->ntri * p / 100];
+    mem_free(angle);
+    return a;
+}
+
+/* Vertices shaken in their tangent planes: moves alone mend the poorest triangles, and what is held stays. */
+static void poor_triangles_are_improved_in_place(void **state)
+{
+    (void)state;
+    Skin s;
+    uint64_t seed = 5;
+    skin_make(&s, grid_of(40, fn_ball, BALL), 2, false);
+    Mesh *m = &s.mesh;
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_axpy(m->pos[v], 1.1, vec3(shape_noise(&seed), shape_noise(&seed), shape_noise(&seed)));
+    field_project(&s.field, m->nvert, m->pos, 1, NULL);
+    double before = angle_percentile(m, 5);
+    int32_t *corner = NEW(int32_t, 3 * m->ntri);
+    uint8_t *held = NEW0(uint8_t, m->nvert);
+    memcpy(corner, m->corner, 3 * (size_t)m->ntri * sizeof *corner);
+    held[7] = 1;
+    Vec3 was = m->pos[7];
+    remesh_improve(&s.r, held);
+    double after = angle_percentile(m, 5);
+    if (getenv("TWINMESH_TOLD")) print_message("5th percentile of the least angle: %.1f to %.1f\n", before, after);
+    assert_true(after > before + 4);
+    assert_memory_equal(corner, m->corner, 3 * (size_t)m->ntri * sizeof *corner);
+    assert_true(v_dist(was, m->pos[7]) == 0);
+    mem_free(corner);
+    mem_free(held);
+    skin_free(&s);
+}
+
+/* Each marked triangle loses its longest edge, once even where two share it; the midpoint is on the surface. */
+static void marked_triangles_are_split(void **state)
+{
+    (void)state;
+    Skin s;
+    skin_make(&s, grid_of(40, fn_ball, BALL), 3, false);
+    Mesh *m = &s.mesh;
+    int ntri = m->ntri, nvert = m->nvert;
+    uint8_t *mark = NEW0(uint8_t, ntri);
+    mark[4] = mark[20] = 1;
+    assert_int_equal(remesh_split_marked(&s.r, mark, 100), 0);
+    int n = remesh_split_marked(&s.r, mark, 1);
+    assert_true(n == 1 || n == 2);
+    assert_int_equal(m->nvert, nvert + n);
+    assert_int_equal(m->ntri, ntri + 2 * n);
+    assert_null(mesh_check(m));
+    for (int v = nvert; v < m->nvert; v++) assert_true(fabs(v_dist(m->pos[v], vec3(BALL[0], BALL[1], BALL[2])) - BALL[3]) < 0.05);
+    mem_free(mark);
+    skin_free(&s);
+}
+
 static void flips_mend_valences(void **state)
 {
     (void)state;
@@ -424,6 +484,8 @@ int main(void)
         cmocka_unit_test(planted_inverted_triangles_are_healed),
         cmocka_unit_test(moves_land_and_those_that_harm_are_taken_back),
         cmocka_unit_test(smoothing_evens_out),
+        cmocka_unit_test(poor_triangles_are_improved_in_place),
+        cmocka_unit_test(marked_triangles_are_split),
         cmocka_unit_test(flips_mend_valences),
         cmocka_unit_test(strays_are_brought_home),
     };

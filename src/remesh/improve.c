@@ -1,0 +1,77 @@
+/* improve.c: poor triangles made better by moving their corners alone: connectivity is worth keeping. */
+#include "remesh/remesh_priv.h"
+
+enum { PASSES = 3, TRIES = 3 };
+#define POOR 0.8      /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
+#define GAIN 0.005
+#define REACH 0.3     /* a landing is at most this far from its target, in edges wanted */
+
+typedef struct Ring {
+    Fitness worst;
+    double deviation;
+} Ring;
+
+/* The triangles around v if it stood at p, where the normal is n. */
+static Ring look_at_ring(const Remesh *r, int v, Vec3 p, Vec3 n, bool far)
+{
+    const Mesh *m = r->mesh;
+    Ring ring = {fitness_best(), 0};
+    int h = m->out[v];
+    do {
+        int a = he_to(m, h), b = m->corner[he_prev(h)];
+        Vec3 q[3] = {p, m->pos[a], m->pos[b]};
+        fitness_worsen(&ring.worst, triangle_fitness(q, (Vec3[3]){n, r->normal[a], r->normal[b]}));
+        if (far) ring.deviation = real_max(ring.deviation, triangle_deviation(r->field, q));
+    } while ((h = he_around(m, h)) != m->out[v]);
+    return ring;
+}
+
+/* The mean of the places where the triangles around v would be equilateral, the poorest counting most. */
+static Vec3 find_target(const Remesh *r, int v)
+{
+    const Mesh *m = r->mesh;
+    Vec3 sum = vec3(0, 0, 0);
+    double weight = 0;
+    int h = m->out[v];
+    do {
+        Vec3 p = m->pos[v], a = m->pos[he_to(m, h)], b = m->pos[m->corner[he_prev(h)]];
+        Vec3 up = v_cross(v_area2(p, a, b), v_sub(b, a)); /* in the triangle, from its edge towards v */
+        double l = v_len(up), q = triangle_fitness((Vec3[3]){p, a, b}, (Vec3[3]){p, p, p}).quality, w = 1 / (real_max(q, 0.05) * real_max(q, 0.05));
+        if (!(l > 0)) continue;
+        sum = v_axpy(sum, w, v_axpy(v_mid(a, b), 0.8660254037844386 * v_dist(a, b) / l, up));
+        weight += w;
+    } while ((h = he_around(m, h)) != m->out[v]);
+    return weight > 0 ? v_scale(sum, 1 / weight) : m->pos[v];
+}
+
+static bool improve_vertex(Remesh *r, int v)
+{
+    Mesh *m = r->mesh;
+    Vec3 was = m->pos[v];
+    if (look_at_ring(r, v, was, r->normal[v], false).worst.quality >= POOR) return false;
+    Ring before = look_at_ring(r, v, was, r->normal[v], true);
+    Vec3 target = find_target(r, v);
+    for (int k = 0; k < TRIES; k++) {
+        Vec3 p = v_mix(was, target, 1.0 / (1 << k));
+        if (!remesh_land_point(r, v, &p, REACH * r->edge)) continue;
+        Vec3 n = remesh_normal_at(r, p);
+        if (v_dot(n, r->normal[v]) <= 0) continue;
+        Ring after = look_at_ring(r, v, p, n, true);
+        if (after.worst.quality < before.worst.quality + GAIN || after.worst.facing < real_min(LIMITS_EDIT.facing, before.worst.facing)) continue;
+        if (after.deviation > real_max(LIMITS_EDIT.deviation_vox, before.deviation)) continue;
+        m->pos[v] = p;
+        r->normal[v] = n;
+        return true;
+    }
+    return false;
+}
+
+void remesh_improve(Remesh *r, const uint8_t *held)
+{
+    int moved = 1;
+    for (int k = 0; k < PASSES && moved; k++) {
+        moved = 0;
+        for (int v = 0; v < r->mesh->nvert; v++)
+            if (!vert_is_dead(r->mesh, v) && !(held && held[v]) && remesh_in_zone(r, v)) moved += improve_vertex(r, v);
+    }
+}
