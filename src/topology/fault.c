@@ -8,8 +8,6 @@ enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 #define OFF_SURFACE_VOX 0.05 /* a vertex farther from the surface, to first order, did not land */
 #define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through */
 
-enum { TORN = 1, INVERTED = 2, FAR = 4, STRAY = 8, CROSSED = 16, DEGENERATE = 32 };
-
 typedef struct Job {
     const IsoSurface *iso;
     const Mesh *mesh;
@@ -67,7 +65,7 @@ static bool any_beside(const IsoSurface *iso, int cell, int reach, const uint8_t
 }
 
 /* Clusters of uncovered cells too small for a limb are forgiven. Returns the cells of the others. */
-static int keep_limbs(const IsoSurface *iso, const uint8_t *closely, uint8_t *uncovered)
+static int keep_limbs(const IsoSurface *iso, uint8_t *uncovered)
 {
     int32_t *stack = NEW(int32_t, iso->ncell);
     uint8_t *seen = NEW0(uint8_t, iso->ncell);
@@ -86,7 +84,7 @@ static int keep_limbs(const IsoSurface *iso, const uint8_t *closely, uint8_t *un
                 stack[n++] = c;
             }
         }
-        if (n >= LIMB_CELLS || (closely && closely[iso_loop_component(iso, iso->cell_loop[s])])) kept += n;
+        if (n >= LIMB_CELLS) kept += n;
         else
             for (int i = 0; i < n; i++) uncovered[stack[i]] = 0;
     }
@@ -95,12 +93,12 @@ static int keep_limbs(const IsoSurface *iso, const uint8_t *closely, uint8_t *un
     return kept;
 }
 
-static void find_uncovered(const IsoSurface *iso, const Mesh *m, const uint8_t *closely, Faults *f)
+static void find_uncovered(const IsoSurface *iso, const Mesh *m, Faults *f)
 {
     uint8_t *hit = NEW0(uint8_t, iso->ncell);
     for (int t = 0; t < m->ntri; t++) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
     for (int c = 0; c < iso->ncell; c++) f->cell[c] = !hit[c] && !any_beside(iso, c, 1, hit);
-    f->uncovered = keep_limbs(iso, closely, f->cell);
+    f->uncovered = keep_limbs(iso, f->cell);
     mem_free(hit);
 }
 
@@ -128,13 +126,13 @@ static void find_crossings(const Mesh *m, Faults *f)
     mem_free(pair);
 }
 
-void faults_find(const IsoSurface *iso, const Mesh *mesh, const uint8_t *closely, bool crossings, Faults *f)
+void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults *f)
 {
     *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW0(uint8_t, iso->ncell)};
     Job job = {iso, mesh, f};
     parallel_for(mesh->nvert, GRAIN, vertex_block, &job);
     parallel_for(mesh->ntri, GRAIN, triangle_block, &job);
-    find_uncovered(iso, mesh, closely, f);
+    find_uncovered(iso, mesh, f);
     drop_beside(iso, mesh, f);
     if (crossings) find_crossings(mesh, f);
     for (int v = 0; v < mesh->nvert; v++) f->strays += f->comp[v] == NONE;

@@ -4,9 +4,12 @@
 #pragma once
 #include "topology/iso.h"
 
+/* What a triangle can be. */
+enum { TORN = 1, INVERTED = 2, FAR = 4, STRAY = 8, CROSSED = 16, DEGENERATE = 32 };
+
 typedef struct Faults {
     int32_t *comp;    /* [mesh->nvert] the component each vertex lies on; NONE: it is off the surface */
-    uint8_t *tri;     /* [mesh->ntri] faulty */
+    uint8_t *tri;     /* [mesh->ntri] any of those, or 0 */
     uint8_t *cell;    /* [iso->ncell] crossed cells of places without mesh */
     int strays;       /* vertices off the surface */
     int torn;         /* triangles whose corners are on different components */
@@ -18,7 +21,6 @@ typedef struct Faults {
     int any;          /* faulty triangles and uncovered cells */
 } Faults;
 
-/* `mesh` must be compact. closely[iso->ncomp]: components of which a single cell without mesh near it counts (NULL: none).
- * `crossings`: triangles that run through one another as well; positions must hold float32 values then. */
-void faults_find(const IsoSurface *iso, const Mesh *mesh, const uint8_t *closely, bool crossings, Faults *f);
+/* `mesh` must be compact. `crossings`: triangles that run through one another as well; positions must hold float32 values then. */
+void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults *f);
 void faults_free(Faults *f);

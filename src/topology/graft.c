@@ -4,117 +4,106 @@
 
 #include <string.h>
 
-enum { ROUNDS_MAX = 16, PATH_MAX = 24, ISLAND_TRIANGLES = 8, MARGIN_CELLS = 2, SAMPLES = 3, NEAR_CELLS = 1 };
-#define PIN_REACH_VOX 0.6       /* a border vertex lies this near to the reference, or the border is moved on */
-#define FOLLOWS_VOX 0.4         /* a triangle nearer to the surface than this */
-#define FOLLOWS_COS 0.6         /* and turned like it follows it */
+/* Pieces are cut this large at first; those that are not sound are cut smaller. */
+static const int PIECE_TRIANGLES[] = {24, 6, 1};
+enum {
+    PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
+    PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
+    WIDENINGS_MAX = 6, /* of holes that cannot be closed */
+    PATH_MAX = 24,
+    MARGIN_CELLS = 3,
+    UNTRIED = -2       /* to be pinned when a seam comes there */
+};
+#define PIN_REACH_VOX 0.6 /* a border vertex lies this near to the reference, or the pieces beside it are not kept */
 
 /* --- what to drop -------------------------------------------------------------------------------------------------- */
+
+static int component_of(const Graft *g, int t) { return g->plan->comp[g->mesh->corner[3 * t]]; }
 
 static bool is_one_component(const Graft *g, int t)
 {
     const int32_t *c = g->mesh->corner + 3 * t, k = g->plan->comp[c[0]];
-    return k != NONE && !g->whole[k] && k == g->plan->comp[c[1]] && k == g->plan->comp[c[2]];
+    return k != NONE && !g->plan->whole[k] && k == g->plan->comp[c[1]] && k == g->plan->comp[c[2]];
 }
 
-static void drop_around(Graft *g, int v)
+/* Adds the triangles around those marked. */
+static void add_ring(const Mesh *m, uint8_t *mark)
 {
-    const Mesh *m = g->mesh;
-    int h = m->out[v];
-    do g->drop[h / 3] = 1;
-    while ((h = he_around(m, h)) != m->out[v]);
-}
-
-static void drop_ring(Graft *g)
-{
-    const Mesh *m = g->mesh;
     uint8_t *touched = NEW0(uint8_t, m->nvert);
-    for (int h = 0; h < 3 * m->ntri; h++) touched[m->corner[h]] |= g->drop[h / 3];
-    for (int h = 0; h < 3 * m->ntri; h++) g->drop[h / 3] |= touched[m->corner[h]];
+    for (int h = 0; h < 3 * m->ntri; h++) touched[m->corner[h]] |= mark[h / 3];
+    for (int h = 0; h < 3 * m->ntri; h++) mark[h / 3] |= touched[m->corner[h]];
     mem_free(touched);
 }
 
-/* How many separate fans of kept triangles are around v. */
-static int kept_fans(const Graft *g, int v)
+/* Is triangle t of a component whose pieces are all looked at? */
+static bool is_checked(const Graft *g, int t)
 {
-    const Mesh *m = g->mesh;
-    int fans = 0, h = m->out[v];
-    do fans += !g->drop[h / 3] && g->drop[m->opp[h] / 3];
-    while ((h = he_around(m, h)) != m->out[v]);
-    return fans;
+    int k = component_of(g, t);
+    return k == NONE || g->checked[k];
 }
 
-/* A border passes each vertex once. */
-static bool drop_pinches(Graft *g)
+/* What is not checked is dropped with a ring around it: a border through what is faulty would be hard to trace. */
+static void find_drops(Graft *g)
 {
+    const Mesh *m = g->mesh;
+    for (int t = 0; t < m->ntri; t++) g->drop[t] = g->plan->drop[t] && !is_checked(g, t);
+    add_ring(m, g->drop);
+    for (int t = 0; t < m->ntri; t++) g->drop[t] = g->drop[t] || g->plan->drop[t];
+    for (int t = 0; t < m->ntri; t++) g->drop[t] = g->drop[t] || !is_one_component(g, t);
+}
+
+/* Components of which no triangle is kept. Are there any that were not known, nor looked at as a whole? */
+static bool find_whole(Graft *g)
+{
+    const Mesh *m = g->mesh;
     bool any = false;
-    for (int v = 0; v < g->mesh->nvert; v++) {
-        if (kept_fans(g, v) < 2) continue;
-        drop_around(g, v);
-        any = true;
+    uint8_t *kept = NEW0(uint8_t, g->iso->ncomp);
+    for (int t = 0; t < m->ntri; t++)
+        if (!g->drop[t]) kept[component_of(g, t)] = 1;
+    for (int k = 0; k < g->iso->ncomp; k++) {
+        any = any || (!kept[k] && !g->whole[k] && !g->checked[k]);
+        g->whole[k] = !kept[k];
     }
+    mem_free(kept);
     return any;
 }
 
-/* Kept triangles that hang together with only a few others. */
-static bool drop_islands(Graft *g)
+/* --- pieces ----------------------------------------------------------------------------------------------------------- */
+
+/* Gives `most` of the unlabelled triangles around t a label. A crumb goes to a piece beside it, where that may be. */
+static void grow_piece(Graft *g, int t, int most, bool merge, int32_t *queue)
 {
     const Mesh *m = g->mesh;
-    int32_t *stack = NEW(int32_t, m->ntri);
-    uint8_t *seen = NEW0(uint8_t, m->ntri);
-    bool any = false;
-    for (int s = 0; s < m->ntri; s++) {
-        if (g->drop[s] || seen[s]) continue;
-        int n = 0, at = 0;
-        bool border = false;
-        stack[n++] = s;
-        seen[s] = 1;
-        while (at < n) {
-            int t = stack[at++];
-            for (int k = 0; k < 3; k++) {
-                int u = m->opp[3 * t + k] / 3;
-                border |= g->drop[u];
-                if (g->drop[u] || seen[u]) continue;
-                seen[u] = 1;
-                stack[n++] = u;
-            }
+    int n = 0, beside = NONE, label = g->nlabel++;
+    queue[n++] = t;
+    g->label[t] = label;
+    for (int at = 0; at < n; at++)
+        for (int h = 3 * queue[at]; h < 3 * queue[at] + 3; h++) {
+            int u = m->opp[h] / 3;
+            if (g->label[u] >= 0 && g->label[u] != label) beside = g->label[u];
+            if (g->label[u] != LABEL_NEAR || n == most) continue;
+            g->label[u] = label;
+            queue[n++] = u;
         }
-        if (!border || n > ISLAND_TRIANGLES) continue;
-        for (int i = 0; i < n; i++) g->drop[stack[i]] = 1;
-        any = true;
-    }
-    mem_free(stack);
-    mem_free(seen);
-    return any;
+    for (int i = 0; i < n && merge && n < PIECE_LEAST && beside != NONE; i++) g->label[queue[i]] = beside;
 }
 
-/* Components of which no triangle is kept are taken whole. */
-static void find_missing(Graft *g)
+static void cut_pieces(Graft *g, int most, bool merge)
 {
-    uint8_t *present = NEW0(uint8_t, g->iso->ncomp);
+    int32_t *queue = NEW(int32_t, most);
     for (int t = 0; t < g->mesh->ntri; t++)
-        if (!g->drop[t]) present[g->plan->comp[g->mesh->corner[3 * t]]] = 1;
-    for (int k = 0; k < g->iso->ncomp; k++) g->whole[k] = !present[k];
-    mem_free(present);
+        if (g->label[t] == LABEL_NEAR) grow_piece(g, t, most, merge, queue);
+    mem_free(queue);
 }
 
-/* Makes the kept part something a border can be traced around. */
-static void settle_drops(Graft *g)
+static void label_pieces(Graft *g)
 {
-    const Mesh *m = g->mesh;
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        int k = g->plan->comp[m->corner[h]];
-        if (k != NONE && g->whole[k]) g->drop[h / 3] = 1;
-    }
-    bool again = true;
-    while (again) {
-        again = drop_pinches(g);
-        again = drop_islands(g) || again;
-    }
-    find_missing(g);
+    g->nlabel = 0;
+    for (int t = 0; t < g->mesh->ntri; t++) g->label[t] = g->drop[t] ? LABEL_HOLE : is_checked(g, t) ? LABEL_NEAR : LABEL_FAR;
+    cut_pieces(g, PIECE_TRIANGLES[0], true);
 }
 
-/* --- the sheet -------------------------------------------------------------------------------------------------------- */
+/* --- the sheet and its seams -------------------------------------------------------------------------------------------- */
 
 static void want_around(const IsoSurface *iso, int cell, int margin, uint8_t *want)
 {
@@ -126,177 +115,178 @@ static void want_around(const IsoSurface *iso, int cell, int margin, uint8_t *wa
             }
 }
 
-static void mark_triangle(const Graft *g, int t, uint8_t *hit)
-{
-    const Mesh *m = g->mesh;
-    iso_mark_cells(g->iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
-}
-
 static void build_sheet(Graft *g)
 {
+    const IsoSurface *iso = g->iso;
     const Mesh *m = g->mesh;
-    uint8_t *hit = NEW0(uint8_t, g->iso->ncell), *want = NEW0(uint8_t, g->iso->ncell);
-    memcpy(hit, g->plan->cell, (size_t)g->iso->ncell);
+    uint8_t *hit = NEW0(uint8_t, iso->ncell), *want = NEW0(uint8_t, iso->ncell), *all = NEW(uint8_t, iso->ncomp);
+    for (int k = 0; k < iso->ncomp; k++) all[k] = g->whole[k] || g->checked[k];
+    memcpy(hit, g->plan->cell, (size_t)iso->ncell);
     for (int t = 0; t < m->ntri; t++)
-        if (g->drop[t]) mark_triangle(g, t, hit);
-    for (int c = 0; c < g->iso->ncell; c++)
-        if (hit[c]) want_around(g->iso, c, MARGIN_CELLS, want);
-    sheet_build(&g->sheet, g->iso, g->whole, want);
+        if (g->label[t] != LABEL_FAR) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
+    for (int c = 0; c < iso->ncell; c++)
+        if (hit[c]) want_around(iso, c, MARGIN_CELLS, want);
+    sheet_build(&g->sheet, iso, all, want);
     mem_free(hit);
     mem_free(want);
+    mem_free(all);
 }
 
-/* --- borders ------------------------------------------------------------------------------------------------------------ */
-
-static int pin_border(Graft *g, int v)
+static void add_seam(Graft *g, int h)
 {
-    if (g->pinned[v] == NONE && !g->grow[v]) {
+    const Mesh *m = g->mesh;
+    if (g->seam_of[h] != NONE) return;
+    RESERVE(g->seam, g->capseam, g->nseam + 1);
+    g->seam_of[h] = g->seam_of[m->opp[h]] = g->nseam;
+    g->seam[g->nseam++] = (Seam){h, he_from(m, h), he_to(m, h), 0, NONE, false};
+}
+
+static void add_seams(Graft *g)
+{
+    const Mesh *m = g->mesh;
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (g->label[h / 3] != g->label[m->opp[h] / 3]) add_seam(g, h);
+}
+
+static int pin_end(Graft *g, int v)
+{
+    if (g->pinned[v] == UNTRIED) {
         Vec3 n, p = g->mesh->pos[v];
         field_normals(g->iso->field, 1, &p, &n);
         g->pinned[v] = sheet_pin(&g->sheet, v, p, n, g->plan->comp[v], PIN_REACH_VOX * g->iso->field->voxel, 0, false);
-        g->grow[v] = g->pinned[v] == NONE;
     }
-    return g->grow[v];
+    return g->pinned[v];
 }
 
-static int find_borders(Graft *g)
+static void trace_seam(Graft *g, int i)
+{
+    Seam *s = &g->seam[i];
+    int a = pin_end(g, s->a), b = pin_end(g, s->b);
+    if (a == NONE || b == NONE) return;
+    RESERVE(g->path, g->cappath, g->npath + PATH_MAX);
+    s->path = g->npath;
+    s->npath = sheet_trace(&g->sheet, i, a, b, PATH_MAX, g->path + g->npath);
+    if (s->npath != NONE) g->npath += s->npath;
+}
+
+/* A triangle with an edge that cannot be traced goes. */
+static void give_up_triangle(Graft *g, int t)
 {
     const Mesh *m = g->mesh;
-    int failed = 0;
+    const int32_t *c = m->corner + 3 * t;
+    if (g->label[t] == LABEL_HOLE) return;
+    bool on_sheet = g->label[t] != LABEL_FAR || (pin_end(g, c[0]) != NONE && pin_end(g, c[1]) != NONE && pin_end(g, c[2]) != NONE);
+    if (!on_sheet) return;
+    g->label[t] = LABEL_HOLE;
+    g->drop[t] = 1;
+    for (int h = 3 * t; h < 3 * t + 3; h++)
+        if (g->label[m->opp[h] / 3] != LABEL_HOLE) add_seam(g, h);
+}
+
+/* Traces the borders of all pieces, from seam number `first` on. */
+static void trace_seams(Graft *g, int first)
+{
+    const Mesh *m = g->mesh;
+    add_seams(g);
+    for (int i = first; i < g->nseam; i++) { /* grows on the way */
+        int h = g->seam[i].half_edge;
+        if (g->label[h / 3] == LABEL_HOLE && g->label[m->opp[h] / 3] == LABEL_HOLE) continue;
+        trace_seam(g, i);
+        if (g->seam[i].npath != NONE) continue;
+        give_up_triangle(g, h / 3);
+        give_up_triangle(g, m->opp[h] / 3);
+    }
+}
+
+static void forget_seams(Graft *g)
+{
+    const Mesh *m = g->mesh;
     g->nseam = g->npath = 0;
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        g->seam_at[h] = NONE;
-        if (g->drop[h / 3] || !g->drop[m->opp[h] / 3]) continue;
-        RESERVE(g->seam, g->capseam, g->nseam + 1);
-        g->seam_at[h] = g->nseam;
-        g->seam[g->nseam++] = (Seam){h, he_from(m, h), he_to(m, h), 0, 0};
-        failed += pin_border(g, he_from(m, h));
-    }
-    return failed;
+    for (int h = 0; h < 3 * m->ntri; h++) g->seam_of[h] = NONE;
+    for (int v = 0; v < m->nvert; v++) g->pinned[v] = g->plan->comp[v] == NONE ? NONE : UNTRIED;
 }
 
-static int trace_borders(Graft *g)
+/* Traces the borders of all pieces that have none yet, and looks at what came of it. */
+static void trace_and_look(Graft *g, int first)
 {
-    int failed = 0;
-    for (int i = 0; i < g->nseam; i++) {
-        Seam *s = &g->seam[i];
-        if (g->grow[s->a] || g->grow[s->b]) continue;
-        RESERVE(g->path, g->cappath, g->npath + PATH_MAX);
-        s->path = g->npath;
-        s->npath = sheet_trace(&g->sheet, i, g->pinned[s->a], g->pinned[s->b], PATH_MAX, g->path + g->npath);
-        if (s->npath == NONE) g->grow[s->a] = g->grow[s->b] = 1, failed++;
-        else g->npath += s->npath;
-    }
-    return failed;
+    trace_seams(g, first);
+    graft_look(g);
 }
 
-/* The cells with a single loop whose surface a kept triangle follows. */
-static void mark_kept(const Graft *g, int t, uint8_t *kept)
+/* Cuts what is not sound smaller. */
+static void match_closely(Graft *g)
+{
+    for (int k = 1; k < PIECE_SIZES && graft_find_unsound(g); k++) {
+        int first = g->nseam;
+        cut_pieces(g, PIECE_TRIANGLES[k], false);
+        trace_and_look(g, first);
+    }
+}
+
+/* Widens the holes whose patches leak, `left` more times, as far as the sheet goes. False: some leak all the same. */
+static bool stop_leaks(Graft *g, uint8_t *beside, int *left)
+{
+    while (graft_find_leaks(g, beside)) {
+        int first = g->nseam;
+        if ((*left)-- <= 0) return false;
+        for (int t = 0; t < g->mesh->ntri; t++)
+            if (beside[t]) give_up_triangle(g, t);
+        if (g->nseam == first) return false;
+        trace_and_look(g, first);
+    }
+    return true;
+}
+
+/* The hole around triangle t stays as it was; or, where that cannot be, all of its component is looked at. */
+static void spare_hole(Graft *g, int t, int32_t *stack)
 {
     const Mesh *m = g->mesh;
-    const Field *f = g->iso->field;
-    Vec3 a = m->pos[m->corner[3 * t]], b = m->pos[m->corner[3 * t + 1]], c = m->pos[m->corner[3 * t + 2]], n = v_unit(v_area2(a, b, c));
-    for (int i = 0; i <= SAMPLES; i++)
-        for (int j = 0; j <= SAMPLES - i; j++) {
-            Vec3 grad, p = v_axpy(v_axpy(a, (double)i / SAMPLES, v_sub(b, a)), (double)j / SAMPLES, v_sub(c, a));
-            int cell = iso_cell_near(g->iso, p);
-            if (cell == NONE || g->iso->cell_loop[cell + 1] != g->iso->cell_loop[cell] + 1) continue;
-            double F = field_value(f, p, &grad, NULL), l = v_len(grad);
-            if (fabs(F) < FOLLOWS_VOX * f->voxel * l && v_dot(n, grad) < -FOLLOWS_COS * l) kept[cell] = 1;
-        }
-}
-
-static bool is_over_sheet(const Graft *g, int t)
-{
-    for (int k = 0; k < 3; k++) {
-        int c = iso_cell_near(g->iso, g->mesh->pos[g->mesh->corner[3 * t + k]]);
-        if (c != NONE && g->sheet.first[c] != NONE) return true;
-    }
-    return false;
-}
-
-/* Where a patch ran into what is kept, that has to go as well: it is the other side of a new neck, say. */
-static int fill_patches(Graft *g)
-{
-    if (g->nseam == 0) return 0;
-    const IsoSurface *iso = g->iso;
-    uint8_t *kept = NEW0(uint8_t, iso->ncell), *gone = NEW0(uint8_t, iso->ncell), *conflict = NEW0(uint8_t, iso->ncell);
-    memcpy(gone, g->plan->cell, (size_t)iso->ncell);
-    for (int t = 0; t < g->mesh->ntri; t++)
-        if (g->drop[t]) mark_triangle(g, t, gone);
-    for (int t = 0; t < g->mesh->ntri; t++)
-        if (!g->drop[t] && is_over_sheet(g, t)) mark_kept(g, t, kept);
-    for (int c = 0; c < iso->ncell; c++) kept[c] = kept[c] && !gone[c];
-    int failed = sheet_fill(&g->sheet, kept, conflict, &g->nregion);
-    if (failed) {
-        memset(kept, 0, (size_t)iso->ncell);
-        for (int c = 0; c < iso->ncell; c++)
-            if (conflict[c]) want_around(iso, c, NEAR_CELLS, kept);
-        for (int v = 0; v < g->mesh->nvert; v++) {
-            int c = iso_cell_near(iso, g->mesh->pos[v]);
-            if (c != NONE && kept[c]) g->grow[v] = 1;
-        }
-    }
-    mem_free(kept);
-    mem_free(gone);
-    mem_free(conflict);
-    return failed;
-}
-
-/* One attempt at the whole plan; false: what g->grow marks could not be sewn. */
-static bool cut_patches(Graft *g)
-{
-    for (int v = 0; v < g->mesh->nvert; v++) g->pinned[v] = NONE, g->grow[v] = 0;
-    build_sheet(g);
-    int failed = find_borders(g);
-    failed += trace_borders(g); /* also where pins are missing: the more is known to fail, the fewer attempts */
-    return failed == 0 && fill_patches(g) == 0 && graft_compare(g) == 0;
-}
-
-static void widen(Graft *g)
-{
-    for (int v = 0; v < g->mesh->nvert; v++)
-        if (g->grow[v]) drop_around(g, v);
-    settle_drops(g);
-}
-
-/* The dropped triangles that hang together with those around v stay after all. False, and nothing done, where that cannot be:
- * some are torn. */
-static bool spare_around(Graft *g, int v, int32_t *stack)
-{
-    const Mesh *m = g->mesh;
-    int n = 0, h = m->out[v];
-    bool good = true;
-    do
-        if (g->drop[h / 3]) g->drop[h / 3] = 0, stack[n++] = h / 3;
-    while ((h = he_around(m, h)) != m->out[v]);
-    for (int at = 0; at < n; at++)
-        for (int k = 3 * stack[at]; k < 3 * stack[at] + 3; k++) {
-            int u = m->opp[k] / 3;
+    int n = 0;
+    bool good = !g->plan->thorough;
+    g->drop[t] = 0;
+    stack[n++] = t;
+    for (int at = 0; at < n; at++) {
+        good = good && is_one_component(g, stack[at]);
+        for (int h = 3 * stack[at]; h < 3 * stack[at] + 3; h++) {
+            int u = m->opp[h] / 3;
             if (g->drop[u]) g->drop[u] = 0, stack[n++] = u;
         }
-    for (int i = 0; i < n; i++) good = good && is_one_component(g, stack[i]);
-    for (int i = 0; i < n && !good; i++) g->drop[stack[i]] = 1;
-    return good;
-}
-
-/* What cannot be sewn in a component that matches stays as it is, faults and all; others are made anew as a whole. */
-static void give_up(Graft *g)
-{
-    int32_t *stack = NEW(int32_t, g->mesh->ntri);
-    for (int v = 0; v < g->mesh->nvert; v++) {
-        int k = g->plan->comp[v];
-        if (g->grow[v] && k != NONE && (g->plan->wrong[k] || !spare_around(g, v, stack))) g->whole[k] = 1;
     }
-    mem_free(stack);
-    settle_drops(g);
+    for (int i = 0; i < n && !good; i++) {
+        g->drop[stack[i]] = 1;
+        for (int h = 3 * stack[i]; h < 3 * stack[i] + 3; h++) {
+            int k = g->plan->comp[m->corner[h]];
+            if (k != NONE) g->checked[k] = 1;
+        }
+    }
 }
 
-/* Whatever has a border is made anew as a whole: then there is none. */
-static void take_bordered_whole(Graft *g)
+/* What cannot be sewn is widened, then spared. */
+static void match_pieces(Graft *g)
 {
-    for (int i = 0; i < g->nseam; i++) g->whole[g->plan->comp[g->seam[i].a]] = 1;
-    settle_drops(g);
+    int ntri = g->mesh->ntri, left = WIDENINGS_MAX;
+    uint8_t *beside = NEW(uint8_t, ntri);
+    int32_t *stack = NEW(int32_t, ntri);
+    for (;;) { /* each time more is dropped, or a hole is gone, or more is looked at */
+        find_whole(g);
+        label_pieces(g);
+        build_sheet(g);
+        forget_seams(g);
+        trace_and_look(g, 0);
+        match_closely(g);
+        bool closed = stop_leaks(g, beside, &left);
+        if (closed && !find_whole(g)) break;
+        for (int t = 0; t < ntri && !closed; t++) {
+            if (!beside[t]) continue;
+            if (left > 0) g->drop[t] = 1;
+            else if (g->drop[t]) spare_hole(g, t, stack);
+        }
+        sheet_free(&g->sheet);
+    }
+    graft_take(g);
+    graft_forget(g);
+    mem_free(beside);
+    mem_free(stack);
 }
 
 /* --- all of it ------------------------------------------------------------------------------------------------------------ */
@@ -318,7 +308,7 @@ static void report_patches(Graft *g, MendStat *stat)
     int first = stat->npatch;
     RESERVE(stat->patch, stat->cappatch, first + g->nregion);
     stat->npatch += g->nregion;
-    for (int k = first; k < stat->npatch; k++) stat->patch[k] = (MendPatch){{0, 0, 0}, NONE, 0, false};
+    for (int k = first; k < stat->npatch; k++) stat->patch[k] = (MendPatch){{0, 0, 0}, NONE, 0, g->euler[k - first], false};
     int32_t *seen = NEW(int32_t, s->nvert);
     for (int v = 0; v < s->nvert; v++) seen[v] = NONE;
     for (int h = 0; h < 3 * s->ntri; h++) {
@@ -338,33 +328,33 @@ static void graft_free(Graft *g)
     sheet_free(&g->sheet);
     mem_free(g->drop);
     mem_free(g->whole);
-    mem_free(g->grow);
+    mem_free(g->checked);
+    mem_free(g->label);
     mem_free(g->pinned);
-    mem_free(g->seam_at);
+    mem_free(g->seam_of);
+    mem_free(g->euler);
     mem_free(g->seam);
     mem_free(g->path);
+}
+
+/* Specks are drawn, not cut out. */
+static void leave_out_specks(Graft *g, uint8_t *speck)
+{
+    Sheet *s = &g->sheet;
+    for (int k = 0; k < g->iso->ncomp; k++) speck[k] = g->whole[k] && speck_is(g->iso, k);
+    for (int t = 0; t < s->ntri; t++)
+        if (speck[s->home[s->corner[3 * t]]]) s->region[t] = REGION_NONE;
 }
 
 void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, MendStat *stat)
 {
     Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
-               .grow = NEW(uint8_t, mesh->nvert), .pinned = NEW(int32_t, mesh->nvert), .seam_at = NEW(int32_t, 3 * mesh->ntri)};
-    memcpy(g.drop, plan->drop, (size_t)mesh->ntri);
-    memcpy(g.whole, plan->whole, (size_t)iso->ncomp);
-    drop_ring(&g);
-    for (int t = 0; t < mesh->ntri; t++)
-        if (!is_one_component(&g, t)) g.drop[t] = 1;
-    settle_drops(&g);
-    for (int round = 1; !cut_patches(&g); round++) {
-        sheet_free(&g.sheet);
-        if (round < ROUNDS_MAX) widen(&g);
-        else if (round < 2 * ROUNDS_MAX) give_up(&g);
-        else take_bordered_whole(&g); /* what is spared may be dropped again for its shape: this ends it */
-    }
-    for (int k = 0; k < iso->ncomp; k++) {
-        speck[k] = g.whole[k] && speck_is(iso, k);
-        if (g.whole[k] && !speck[k]) sheet_take_component(&g.sheet, k, g.nregion++);
-    }
+               .checked = NEW(uint8_t, iso->ncomp), .label = NEW(int32_t, mesh->ntri),
+               .pinned = NEW(int32_t, mesh->nvert), .seam_of = NEW(int32_t, 3 * mesh->ntri)};
+    memcpy(g.checked, plan->wrong, (size_t)iso->ncomp);
+    find_drops(&g);
+    match_pieces(&g);
+    leave_out_specks(&g, speck);
     stat->dropped += count_dropped(&g);
     if (plan->survivors) stat->survived += graft_pin_survivors(&g);
     report_patches(&g, stat);

@@ -1,25 +1,28 @@
-/* graft.h: faulty places of a tracked mesh replaced by patches of the frame's exact isosurface.
+/* graft.h: the wrong places of a tracked mesh replaced by patches of the frame's exact isosurface.
  *
- * The triangles to be dropped leave holes; the border of each is traced on the isosurface's reference triangles as a closed
- * seam (sheet.h), and what lies inside the seams is sewn in. Seams cut both surfaces along the same curves, so patch and
- * mesh fit whatever either looks like; and the patch has the isosurface's own topology, so that a blend (two discs
- * dropped, an annulus sewn in), a split, a hole need no cases of their own. Dropped vertices that lie soundly on the surface are put
- * into the patch and keep their identities. A seam may still pass something small on another side than the mesh does, so a patch
- * of a component that matched before must have the topology of what it replaces (balance.c). A border that cannot be
- * traced is widened; what cannot be sewn at last stays as it was, or, where the component does not match, is made anew as a
- * whole: then there is no border, and nothing can fail. (DESIGN's dual of a geodesic Voronoi diagram has to check every cell; here only
- * borders are, and outside the patches no edge changes.) */
+ * Of a component that does not match, the mesh is cut into pieces of some triangles, the faulty ones left out, and the borders of
+ * all pieces are traced on the isosurface's reference triangles as seams (sheet.h). Seams cut both surfaces along the same
+ * curves. A piece stays if its seams bound one region of the isosurface, alone, and that has its Euler characteristic; one that does
+ * not is cut smaller, down to single triangles. All of the isosurface that no piece stands for is sewn in: so the result has its
+ * topology by construction, wherever the mesh was wrong and whether or not a fault was found there, and a blend, a split, a
+ * hole need no cases of their own. Of a component that matches only the faulty places are holes, with a ring around them, and the rest is
+ * trusted: a patch must be closed by its hole's seams and have its topology, or the hole is widened, and at last left as it was.
+ * Dropped vertices that lie soundly on the surface are put into the patches and keep their identities.
+ *
+ * (DESIGN's dual of a geodesic Voronoi diagram makes all of a component anew and puts old triangles back; here they are
+ * never taken out.) */
 #pragma once
 #include "topology/mend.h"
 
 typedef struct GraftPlan {
     const int32_t *comp;  /* [mesh->nvert] component each vertex lies on; NONE: on none */
-    const uint8_t *drop;  /* [mesh->ntri] triangles to be replaced, with a ring around them */
+    const uint8_t *drop;  /* [mesh->ntri] triangles to be replaced */
     const uint8_t *cell;  /* [iso->ncell] cells that a patch has to reach, beside those of the triangles dropped */
     const uint8_t *whole; /* [iso->ncomp] components to be made anew without a look at their mesh; those without any are, too */
-    const uint8_t *wrong; /* [iso->ncomp] components that do not match: where a patch cannot be sewn they are made anew as a whole, others left */
+    const uint8_t *wrong; /* [iso->ncomp] components that do not match: all of their mesh is looked at */
     double edge;          /* wanted */
     bool survivors;       /* dropped vertices keep their identities where they lie soundly */
+    bool thorough;        /* where a hole cannot be closed all of its component is looked at; or the hole is left as it was */
 } GraftPlan;
 
 /* `mesh` must be compact; vertices from the old nvert on are new, at reference density, with fresh identities; the dead

@@ -1,5 +1,6 @@
 #include "topology/mend.h"
 
+#include "mesh/intersect.h"
 #include "remesh/remesh.h"
 #include "topology/fault.h"
 #include "topology/graft.h"
@@ -8,19 +9,22 @@
 #include <string.h>
 
 /* What each round coarsens its patches to, in edges wanted; 0: only healed; NONE: left as they are. */
-static const double ROUND_EDGE[] = {1, 1, 0.8, 0.6, 0, NONE};
+static const double ROUND_EDGE[] = {1, 1, 1, 0.8, 0.6, 0, NONE};
 enum {
     ROUNDS = sizeof ROUND_EDGE / sizeof *ROUND_EDGE,
-    ROUND_WHOLE = 1,           /* from here on what does not match is made anew as a whole */
-    ROUND_STRICT = 2,          /* from here on only what should not be is mended, and nothing survives inside patches */
-    ROUND_EXACT = 4,           /* from here on only what must not be, and once more the others if they are few: */
-    FEW = 50,                  /* finer patches for many would do more harm than good */
-    SWALLOWED_TRIANGLES = 400, /* a smaller component on another's surface is dropped at once */
+    ROUND_WHOLE = 3,           /* from here on what does not match is made anew as a whole, */
+    ROUND_STRICT = 3,          /* nothing survives inside patches, and triangles that are only far from the surface stay */
+    ROUND_EXACT = 5,           /* from here on what matches stays */
+    SMALL_LOOPS = 300,         /* smaller components are made anew from the second round on */
     FLIP_ROUNDS = 3,
+    SPLITS_MAX = 4,
+    FEW = 50,
 };
-/* A component with more faults than this, and than this share of its loops, that does not match is made anew at once. */
-#define FAULTY_MANY 600
-#define FAULTY_SHARE 0.02
+#define SPLIT_LEAST_VOX 0.4    /* edges of triangles that cross others are not split below this */
+#define MANY_SHARE 0.03        /* of all triangles: more that are turned over or crossed are tried once, */
+#define FEW_SHARE 0.01         /* and more than this not with finer patches: they would do harm */
+#define THOROUGH_SHARE 0.003   /* for fewer than this, or than FEW, all of their component is looked at, if need be */
+#define FAULTY_SHARE 0.4       /* a component that does not match and has more corners of faulty triangles, a loop, is made anew at once */
 
 typedef struct Verdict {
     Faults faults;
@@ -28,6 +32,7 @@ typedef struct Verdict {
     uint8_t *wrong;     /* [iso->ncomp] does not match */
     int32_t *faulty;    /* [iso->ncomp] corners of faulty triangles, and uncovered cells */
     bool any;           /* something is to be done */
+    bool thorough;      /* what is left is little: see GraftPlan */
 } Verdict;
 
 static void count_faulty(const IsoSurface *iso, const Mesh *m, Verdict *v)
@@ -40,14 +45,25 @@ static void count_faulty(const IsoSurface *iso, const Mesh *m, Verdict *v)
 
 static bool has_area(const Mesh *m, int t) { return v_len2(mesh_tri_area2(m, t)) > 0; }
 
-/* Faults that are none of topology, in components that match, stay. */
-static void forgive(const Mesh *m, Verdict *v)
+/* These faults, in components that match, stay. */
+static void forgive(const IsoSurface *iso, const Mesh *m, int which, Verdict *v)
 {
     for (int t = 0; t < m->ntri; t++) {
-        const int32_t *c = m->corner + 3 * t, *comp = v->faults.comp;
-        int k = comp[c[0]];
-        if (v->faults.degenerate && !has_area(m, t)) continue;
-        if (k != NONE && !v->wrong[k] && k == comp[c[1]] && k == comp[c[2]]) v->faults.tri[t] = 0;
+        int k = v->faults.comp[m->corner[3 * t]];
+        if (k != NONE && !v->wrong[k]) v->faults.tri[t] &= (uint8_t)~which;
+    }
+    for (int c = 0; c < iso->ncell && which & FAR; c++)
+        if (!v->wrong[iso_loop_component(iso, iso->cell_loop[c])]) v->faults.cell[c] = 0;
+}
+
+/* Meshes that match stay as they are, whatever is faulty. comp[ntri] are the mesh's components, partner those they lie on. */
+static void forgive_all(const Mesh *m, const int32_t *comp, const int32_t *partner, Verdict *v)
+{
+    for (int t = 0; t < m->ntri; t++) {
+        int k = partner[comp[t]];
+        if (k == NONE || v->wrong[k]) continue;
+        v->faults.tri[t] &= DEGENERATE;
+        for (int c = 0; c < 3; c++) v->faults.comp[m->corner[3 * t + c]] = k;
     }
 }
 
@@ -60,31 +76,6 @@ static void renew_specks(const IsoSurface *iso, const Mesh *m, const uint8_t *fr
     }
 }
 
-/* Of several mesh components on one of the isosurface the small ones were swallowed; from the second round on, all but the
- * largest. */
-static void drop_swallowed(const IsoSurface *iso, const Mesh *m, const int32_t *comp, int ncomp, const int32_t *partner, int round, Verdict *v)
-{
-    int32_t *size = NEW0(int32_t, ncomp), *largest = NEW(int32_t, iso->ncomp);
-    for (int t = 0; t < m->ntri; t++) size[comp[t]]++;
-    for (int k = 0; k < iso->ncomp; k++) largest[k] = NONE;
-    for (int c = 0; c < ncomp; c++) {
-        int k = partner[c];
-        if (k != NONE && (largest[k] == NONE || size[c] > size[largest[k]])) largest[k] = c;
-    }
-    for (int t = 0; t < m->ntri; t++) {
-        int c = comp[t], k = partner[c];
-        if (k != NONE && largest[k] != c && (round > 0 || size[c] < SWALLOWED_TRIANGLES)) v->faults.tri[t] = 1;
-    }
-    mem_free(size);
-    mem_free(largest);
-}
-
-static bool must_be_whole(const IsoSurface *iso, const Verdict *v, int k, int round)
-{
-    bool many = v->faulty[k] > FAULTY_MANY && v->faulty[k] > FAULTY_SHARE * iso->comp_loops[k];
-    return v->wrong[k] && (round >= ROUND_WHOLE || v->faulty[k] == 0 || many);
-}
-
 static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, Verdict *v)
 {
     int32_t *comp = NEW(int32_t, m->ntri);
@@ -94,15 +85,20 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     *v = (Verdict){.whole = NEW0(uint8_t, iso->ncomp), .wrong = NEW(uint8_t, iso->ncomp), .faulty = NEW0(int32_t, iso->ncomp)};
     AuditStat a = audit_match(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, true, mesh_bad, v->wrong, partner);
     Faults *f = &v->faults;
-    faults_find(iso, m, v->wrong, opt->crossings, f);
-    bool few = round < ROUND_EXACT || (round == ROUND_EXACT && f->inverted + f->crossed < FEW);
-    v->any = a.wrong_mesh + a.wrong_iso + f->strays + f->torn + f->degenerate + (round < ROUND_STRICT ? f->any : few ? f->inverted + f->crossed : 0);
-    if (!few) forgive(m, v);
-    drop_swallowed(iso, m, comp, n, partner, round, v);
+    faults_find(iso, m, opt->crossings, f);
+    int bad = f->inverted + f->crossed;
+    v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
+    bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
+    forgive(iso, m, (round < ROUND_STRICT ? 0 : FAR) | (many ? INVERTED | CROSSED : 0), v);
+    if (round >= ROUND_EXACT) forgive_all(m, comp, partner, v);
+    v->any = a.wrong_mesh + a.wrong_iso > 0;
+    for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
+    for (int c = 0; c < iso->ncell; c++) v->any = v->any || f->cell[c];
     count_faulty(iso, m, v);
     if (round == 0) renew_specks(iso, m, opt->frozen, v);
     for (int k = 0; k < iso->ncomp; k++) {
-        if (must_be_whole(iso, v, k, round)) v->whole[k] = 1;
+        bool lost = round == 0 && v->faulty[k] > FAULTY_SHARE * iso->comp_loops[k];
+        if (v->wrong[k] && (lost || round >= ROUND_WHOLE || (round > 0 && iso->comp_loops[k] < SMALL_LOOPS))) v->whole[k] = 1;
         v->any = v->any || v->whole[k];
     }
     mem_free(comp);
@@ -128,14 +124,22 @@ static void remember_edges(const Mesh *m, const Faults *f, Map *edges)
     }
 }
 
+/* The component of the isosurface each vertex belongs to; the caller frees it. */
+static int32_t *find_homes(const IsoSurface *iso, const Mesh *m)
+{
+    int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
+    int n = mesh_components(m, comp, NULL);
+    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
+    mem_free(comp);
+    return home;
+}
+
 /* Brings the vertices from `first` on to the edge length (0: only heals). */
 static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge, const Map *edges)
 {
     Remesh r;
     int found;
-    int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
-    int n = mesh_components(m, comp, NULL);
-    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
+    int32_t *home = find_homes(iso, m);
     remesh_begin(&r, m, iso->field, edge > 0 ? edge : iso->field->voxel, &(Homes){iso_is_home, iso, home});
     remesh_confine(&r, first);
     if (edge > 0) {
@@ -146,7 +150,6 @@ static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge,
     remesh_rehome(&r, NULL);
     remesh_end(&r);
     mem_free(home);
-    mem_free(comp);
     mesh_compact(m, NULL);
 }
 
@@ -174,7 +177,7 @@ static int count_whole(const IsoSurface *iso, const Mesh *m, const int32_t *comp
 static int count_raw(const IsoSurface *iso, const Verdict *v)
 {
     int n = 0;
-    for (int k = 0; k < iso->ncomp; k++) n += v->whole[k] || v->faulty[k];
+    for (int k = 0; k < iso->ncomp; k++) n += v->whole[k];
     return n;
 }
 
@@ -204,7 +207,7 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     Map edges;
     int first = m->nvert;
     uint8_t *speck = NEW(uint8_t, iso->ncomp);
-    GraftPlan plan = {v->faults.comp, v->faults.tri, v->faults.cell, v->whole, v->wrong, opt->edge, round < ROUND_STRICT};
+    GraftPlan plan = {v->faults.comp, v->faults.tri, v->faults.cell, v->whole, v->wrong, opt->edge, round < ROUND_STRICT, v->thorough};
     remember_edges(m, &v->faults, &edges);
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
     graft_patches(iso, &plan, m, speck, stat);
@@ -218,6 +221,54 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     map_free(&edges);
 }
 
+static Mesh copy_mesh(const Mesh *m)
+{
+    Mesh c;
+    mesh_init(&c);
+    mesh_append(&c, m->nvert, m->pos, m->id, m->ntri, m->corner);
+    memcpy(c.length, m->length, 3 * (size_t)m->ntri * sizeof *c.length);
+    memcpy(c.flag, m->flag, 3 * (size_t)m->ntri * sizeof *c.flag);
+    c.next_id = m->next_id;
+    return c;
+}
+
+/* Splits what n pairs of triangles that run through one another hold. False: it is all too small. */
+static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pair)
+{
+    Remesh r;
+    uint8_t *mark = NEW0(uint8_t, m->ntri);
+    int32_t *home = find_homes(iso, m);
+    for (int i = 0; i < n; i++) mark[pair[i].a] = mark[pair[i].b] = 1;
+    remesh_begin(&r, m, iso->field, iso->field->voxel, &(Homes){iso_is_home, iso, home});
+    int splits = remesh_split_marked(&r, mark, SPLIT_LEAST_VOX * iso->field->voxel);
+    remesh_end(&r);
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    mem_free(mark);
+    mem_free(home);
+    return splits > 0;
+}
+
+/* Triangles that run through one another between surfaces too near for their size are split, as far as that helps. */
+static void split_crossed(const IsoSurface *iso, Mesh *m)
+{
+    TriPair *pair = NULL;
+    int cap = 0, n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+    for (int k = 0; k < SPLITS_MAX && n > 0; k++) {
+        Mesh trial = copy_mesh(m);
+        bool split = split_pairs(iso, &trial, n, pair);
+        int left = split ? intersect_find(&(TriSoup){trial.ntri, trial.pos, trial.corner}, NULL, &pair, &cap) : n;
+        if (left < n) {
+            Mesh was = *m;
+            *m = trial;
+            trial = was;
+        }
+        mesh_free(&trial);
+        if (left >= n) break;
+        n = left;
+    }
+    mem_free(pair);
+}
+
 void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat *stat)
 {
     bool again = true;
@@ -226,10 +277,13 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         judge(iso, opt, m, round, &v);
         again = v.any;
         if (round == 0) stat->faults += v.faults.any;
+        int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
         stat->rounds += again;
+        if (stat->npatch == patches && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
     }
+    if (opt->crossings) split_crossed(iso, m);
 }
 
 void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)

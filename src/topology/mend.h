@@ -1,10 +1,10 @@
 /* mend.h: a tracked mesh brought to the exact topology of the frame's isosurface, as locally as can be.
  *
- * Rounds of: find faults (fault.h), graft patches over them (graft.h), coarsen the patches to the edge length by guarded collapses,
- * splits and flips (each keeps the topology: link condition), audit (audit.h). What a round cannot put right the next one tries
- * with finer patches, or, where no fault can be pointed at, component by component, in the end with the reference triangles
- * as they are. A component that is made anew as a whole keeps the identities of its sound vertices all the same, and most of the
- * edges between them. */
+ * Rounds of: find faults (fault.h), audit the components (audit.h), graft patches over what is faulty or does not match (graft.h),
+ * coarsen them to the edge length by guarded collapses, splits and flips (each keeps the topology: link condition). One graft
+ * makes a component match; further rounds are for what coarsening leaves faulty, with finer patches, and for small components,
+ * which are made anew, in the end with the reference triangles as they are. A component that is made anew as a whole keeps the
+ * identities of its sound vertices all the same, and most of the edges between them. */
 #pragma once
 #include "topology/audit.h"
 
@@ -14,6 +14,7 @@ typedef struct MendPatch {
     Vec3 place;            /* the mean of its vertices */
     int comp;              /* of the isosurface */
     int vertices;          /* new ones, before coarsening */
+    int euler;             /* by how much the mesh's Euler characteristic went up with it, and with others sewn into the same holes */
     bool whole;            /* all of the component */
 } MendPatch;
 

@@ -13,6 +13,10 @@ int graft_pin_survivors(Graft *g)
     for (int h = 0; h < 3 * m->ntri; h++) kept[m->corner[h]] |= !g->drop[h / 3];
     for (int v = 0; v < m->nvert; v++) {
         if (kept[v] || g->plan->comp[v] == NONE) continue;
+        if (g->pinned[v] >= 0) { /* a seam led through it */
+            n += g->sheet.region[g->sheet.out[g->pinned[v]] / 3] != REGION_NONE;
+            continue;
+        }
         Vec3 normal;
         field_normals(g->iso->field, 1, &m->pos[v], &normal);
         n += sheet_pin(&g->sheet, v, m->pos[v], normal, g->plan->comp[v], reach, apart, true) != NONE;
@@ -49,7 +53,7 @@ static void cloth_triangle(Cloth *c, int a, int b, int d)
 static void sew_side(Graft *g, Cloth *c, const int corner[3], const int seam[3])
 {
     int k = 0;
-    while (k < 3 && (seam[k] == NONE || g->seam[seam[k]].npath == 0)) k++;
+    while (k < 3 && seam[k] == NONE) k++;
     if (k == 3) {
         cloth_triangle(c, corner[0], corner[1], corner[2]);
         return;
@@ -60,6 +64,34 @@ static void sew_side(Graft *g, Cloth *c, const int corner[3], const int seam[3])
         int to = i < s->npath ? cloth_vertex(g, c, g->path[s->path + i]) : b;
         sew_side(g, c, (int[3]){at, to, tip}, (int[3]){NONE, i == s->npath ? seam[(k + 1) % 3] : NONE, i == 0 ? seam[(k + 2) % 3] : NONE});
         at = to;
+    }
+}
+
+/* --- cuts mended ----------------------------------------------------------------------------------------------------------- */
+
+#define STRAIGHT 1e-6 /* a cut's vertex is this near to the edge it was put on, in its lengths */
+
+/* If v, with four neighbours, lies on the straight line between two opposite ones, the half-edge from one of them to v; or NONE. */
+static int find_cut_edge(const Mesh *m, int v)
+{
+    int h = m->out[v];
+    for (int k = 0; k < 2; k++, h = he_around(m, h)) {
+        Vec3 a = m->pos[he_to(m, h)], b = m->pos[he_to(m, he_around(m, he_around(m, h)))], d = v_sub(b, a);
+        if (v_len2(v_cross(v_sub(m->pos[v], a), d)) <= STRAIGHT * STRAIGHT * v_len2(d) * v_len2(d)) return m->opp[h];
+    }
+    return NONE;
+}
+
+/* Seams that came to nothing have left the patches full of small triangles: their vertices are taken out of the edges they
+ * were put on, last come, first go. */
+static void undo_cuts(const Graft *g, const int32_t *as)
+{
+    const Sheet *s = &g->sheet;
+    Mesh *m = g->mesh;
+    for (int v = s->nvert; v-- > s->nbuilt;) {
+        if (as[v] == NONE || s->pin[v] != PIN_NONE || mesh_valence(m, as[v]) != 4) continue;
+        int h = find_cut_edge(m, as[v]);
+        if (h != NONE && mesh_can_collapse(m, h)) mesh_collapse_edge(m, h, m->pos[he_from(m, h)]);
     }
 }
 
@@ -76,13 +108,19 @@ void graft_sew(Graft *g)
             for (int k = 0; k < 3; k++) v[k] = cloth_vertex(g, &c, s->corner[3 * t + k]);
             cloth_triangle(&c, v[0], v[1], v[2]);
         }
+    int32_t *seam_at = NEW(int32_t, 3 * m->ntri); /* of kept half-edges */
+    for (int h = 0; h < 3 * m->ntri; h++) seam_at[h] = NONE;
+    for (int i = 0; i < g->nseam; i++)
+        if (g->seam[i].live && g->seam[i].npath > 0) seam_at[g->seam[i].half_edge] = i;
     for (int t = 0; t < m->ntri; t++) {
-        const int32_t *at = g->seam_at + 3 * t;
+        const int32_t *at = seam_at + 3 * t;
         if (g->drop[t] || (at[0] == NONE && at[1] == NONE && at[2] == NONE)) continue;
         sew_side(g, &c, (int[3]){m->corner[3 * t], m->corner[3 * t + 1], m->corner[3 * t + 2]}, (int[3]){at[0], at[1], at[2]});
         g->drop[t] = 1;
     }
     mesh_patch(m, g->drop, c.nvert, c.pos, c.ntri, c.tri);
+    undo_cuts(g, c.as);
+    mem_free(seam_at);
     mem_free(c.pos);
     mem_free(c.tri);
     mem_free(c.as);

@@ -10,6 +10,7 @@
 #define SIDE_COS 0.2        /* a triangle fits a normal above this cosine */
 #define CORRIDOR 0.6        /* a seam keeps within this share of its length from the straight line, */
 #define CORRIDOR_VOX 0.5    /* and this many voxels */
+#define SNAP 0.2             /* a seam passes a vertex rather than cut an edge nearer to its end */
 #define STRAIGHTNESS 4.0    /* how much dearer it is to be half a length off the line */
 enum { VISITS_MAX = 400, AROUND_MAX = 160 };
 
@@ -64,7 +65,7 @@ void sheet_build(Sheet *s, const IsoSurface *iso, const uint8_t *want_comp, cons
     iso_triangles(iso, want_comp, want_cell, &t);
     make_vert_room(s, t.nvert);
     make_tri_room(s, t.ntri);
-    s->nvert = t.nvert;
+    s->nvert = s->nbuilt = t.nvert;
     s->ntri = t.ntri;
     for (int v = 0; v < t.nvert; v++) s->pos[v] = t.pos[v], s->home[v] = t.home[v], s->pin[v] = PIN_NONE, s->out[v] = NONE;
     for (int h = 0; h < 3 * t.ntri; h++) s->corner[h] = t.tri[h], s->seam[h] = SEAM_NONE;
@@ -370,9 +371,63 @@ static void make_ways(Sheet *s, int a, int b, double corridor)
         }
 }
 
-int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path)
+static Vec3 fan_normal(const Sheet *s, int v)
 {
-    double corridor = CORRIDOR * v_dist(s->pos[a], s->pos[b]) + CORRIDOR_VOX * s->iso->field->voxel;
+    Vec3 n = vec3(0, 0, 0);
+    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) n = v_add(n, v_area2(s->pos[v], s->pos[s->corner[he_next(h)]], s->pos[s->corner[he_prev(h)]]));
+    return v_unit(n);
+}
+
+static bool is_free(const Sheet *s, int v) { return s->pin[v] == PIN_NONE; }
+
+/* The half-edge across from v where the plane through it leaves its fan towards `aim`, away from `prev`; *at: where on that edge. */
+static int find_exit(const Sheet *s, int v, int prev, Vec3 aim, Vec3 plane, double *at)
+{
+    int exit = NONE;
+    double best = prev == NONE ? 0 : -2;
+    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
+        int p = s->corner[he_next(h)], q = s->corner[he_prev(h)];
+        double sp = v_dot(v_sub(s->pos[p], aim), plane), sq = v_dot(v_sub(s->pos[q], aim), plane);
+        if (p == prev || q == prev || (sp >= 0) == (sq >= 0)) continue;
+        Vec3 x = v_mix(s->pos[p], s->pos[q], sp / (sp - sq));
+        double ahead = v_dot(v_unit(v_sub(x, s->pos[v])), v_unit(v_sub(aim, s->pos[v])));
+        if (ahead <= best) continue;
+        best = ahead;
+        exit = he_next(h);
+        *at = sp / (sp - sq);
+    }
+    return exit;
+}
+
+/* Follows the sheet's section by the plane through a and b that stands on it, and cuts the edges in its way. Returns how many
+ * vertices are between a and b, or NONE where a seam or the rim is in the way. */
+static int walk_straight(Sheet *s, int a, int b, double corridor, int cap, int32_t *path)
+{
+    Vec3 aim = s->pos[b], plane = v_unit(v_cross(v_sub(aim, s->pos[a]), v_add(fan_normal(s, a), fan_normal(s, b))));
+    int v = a, prev = NONE, n = 0;
+    for (;;) {
+        int last = find_half_edge(s, v, b);
+        if (last != NONE && s->opp[last] != NONE && s->seam[last] == SEAM_NONE) return n;
+        double t = 0;
+        int e = find_exit(s, v, prev, aim, plane, &t), next;
+        if (e == NONE || n == cap) return NONE;
+        int p = s->corner[e], q = s->corner[he_next(e)], to_p = he_prev(e);
+        if (t < SNAP && is_free(s, p) && s->opp[to_p] != NONE) next = p;
+        else if (t > 1 - SNAP && is_free(s, q) && s->opp[he_next(e)] != NONE) next = q;
+        else if (s->opp[e] == NONE || s->seam[e] != SEAM_NONE) return NONE;
+        else next = split_edge(s, e, v_mix(s->pos[p], s->pos[q], real_clamp(t, SNAP, 1 - SNAP)));
+        if (distance_to_segment(s->pos[next], s->pos[a], aim) > corridor) return NONE;
+        for (int k = 0; k < n; k++)
+            if (path[k] == next) return NONE;
+        path[n++] = next;
+        prev = v;
+        v = next;
+    }
+}
+
+/* The shortest way over vertices there are, or over those that can be made. */
+static int walk_around(Sheet *s, int a, int b, double corridor, int cap, int32_t *path)
+{
     if (!find_way(s, a, b, corridor)) {
         make_ways(s, a, b, 2 * corridor);
         if (!find_way(s, a, b, 2 * corridor)) return NONE;
@@ -380,71 +435,34 @@ int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path)
     int n = 0;
     for (int v = s->from[b]; v != a; v = s->from[v]) n++;
     if (n > cap) return NONE;
-    for (int v = s->from[b], i = n; v != a; v = s->from[v]) {
-        path[--i] = v;
-        s->pin[v] = PIN_SEAM;
+    for (int v = s->from[b], i = n; v != a; v = s->from[v]) path[--i] = v;
+    return n;
+}
+
+/* Is there an edge from each vertex of the path to the next, and no seam on it? */
+static bool is_open(const Sheet *s, int a, int b, int n, const int32_t *path)
+{
+    for (int i = 0; i <= n; i++) {
+        int h = find_half_edge(s, i ? path[i - 1] : a, i < n ? path[i] : b);
+        if (h == NONE || s->opp[h] == NONE || s->seam[h] != SEAM_NONE) return false;
     }
+    return true;
+}
+
+int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path)
+{
+    double corridor = CORRIDOR * v_dist(s->pos[a], s->pos[b]) + CORRIDOR_VOX * s->iso->field->voxel;
+    int n = walk_straight(s, a, b, corridor, cap, path);
+    if (n != NONE && !is_open(s, a, b, n, path)) n = NONE; /* it cut itself */
+    if (n == NONE) n = walk_around(s, a, b, corridor, cap, path);
+    if (n == NONE) return NONE;
+    for (int i = 0; i < n; i++) s->pin[path[i]] = PIN_SEAM;
     for (int i = 0; i <= n; i++) {
         int h = find_half_edge(s, i ? path[i - 1] : a, i < n ? path[i] : b);
         s->seam[h] = 2 * seam;
         s->seam[s->opp[h]] = 2 * seam + 1;
     }
     return n;
-}
-
-/* --- patches ------------------------------------------------------------------------------------------------------------ */
-
-/* Cells that hold a seam, or none of the kept mesh, say nothing about the side their triangles are on. */
-static uint8_t *find_kept_cells(const Sheet *s, const uint8_t *kept)
-{
-    uint8_t *sure = NEW(uint8_t, s->iso->ncell);
-    memcpy(sure, kept, (size_t)s->iso->ncell);
-    for (int h = 0; h < 3 * s->ntri; h++)
-        if (s->seam[h] != SEAM_NONE) sure[s->cell[h / 3]] = 0;
-    return sure;
-}
-
-/* Everything that triangle t reaches without crossing a seam. Where it comes upon the left of a seam, the kept mesh or the
- * rim, it stops: the cell there is in conflict. Returns how many times. */
-static int flood(Sheet *s, int t, int region, const uint8_t *kept, int32_t *stack, uint8_t *conflict)
-{
-    int n = 0, conflicts = 0;
-    stack[n++] = t;
-    s->region[t] = region;
-    while (n) {
-        t = stack[--n];
-        for (int h = 3 * t; h < 3 * t + 3; h++) {
-            int g = s->opp[h];
-            bool wrong = s->seam[h] != SEAM_NONE ? !(s->seam[h] & 1) : g == NONE || kept[s->cell[g / 3]];
-            if (wrong) {
-                conflict[s->cell[t]] = 1;
-                conflicts++;
-            } else if (s->seam[h] == SEAM_NONE && s->region[g / 3] == REGION_NONE) {
-                s->region[g / 3] = region;
-                stack[n++] = g / 3;
-            }
-        }
-    }
-    return conflicts;
-}
-
-int sheet_fill(Sheet *s, const uint8_t *kept, uint8_t *conflict, int *nregion)
-{
-    int32_t *stack = NEW(int32_t, s->ntri);
-    uint8_t *sure = find_kept_cells(s, kept);
-    int conflicts = 0;
-    *nregion = 0;
-    for (int h = 0; h < 3 * s->ntri; h++)
-        if (s->seam[h] != SEAM_NONE && s->seam[h] & 1 && s->region[h / 3] == REGION_NONE) conflicts += flood(s, h / 3, (*nregion)++, sure, stack, conflict);
-    mem_free(stack);
-    mem_free(sure);
-    return conflicts;
-}
-
-void sheet_take_component(Sheet *s, int comp, int region)
-{
-    for (int t = 0; t < s->ntri; t++)
-        if (s->home[s->corner[3 * t]] == comp) s->region[t] = region;
 }
 
 void sheet_split_chords(Sheet *s)

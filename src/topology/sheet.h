@@ -1,9 +1,9 @@
 /* sheet.h: a part of the frame's exact isosurface that patches for the mesh are cut from.
  *
  * The reference triangles of some cells, with rims where those end. Mesh vertices are *pinned*: put into the sheet where they
- * lie. *Seams* are traced between them along the sheet's edges, and what lies to the right of seams, as far as it reaches
- * without crossing one, is a *patch*. Every step subdivides the sheet and nothing else, so a patch has the topology
- * of the piece of isosurface it stands for, whatever happens. */
+ * lie. *Seams* are traced between them along the sheet's edges and cut it into regions (match.c), some of which become
+ * *patches*. Every step subdivides the sheet and nothing else, so a region has the topology of the piece of isosurface it
+ * stands for, whatever happens. */
 #pragma once
 #include "topology/iso.h"
 
@@ -13,6 +13,7 @@ enum { REGION_NONE = NONE };
 typedef struct Sheet {
     const IsoSurface *iso;
     int nvert, capvert, ntri, captri;
+    int nbuilt;       /* vertices at first; the others were put into triangles and on edges */
     Vec3 *pos;        /* [nvert] world units */
     int32_t *home;    /* [nvert] component */
     int32_t *pin;     /* [nvert] mesh vertex, PIN_NONE, or PIN_SEAM: inside a seam */
@@ -39,16 +40,9 @@ void sheet_free(Sheet *s);
  * `apart`: not nearer than this to another pinned vertex. Returns the sheet's vertex, or NONE. */
 int sheet_pin(Sheet *s, int pin, Vec3 p, Vec3 n, int comp, double reach, double apart, bool patches_only);
 
-/* Traces seam number `seam` from vertex a to vertex b along edges, near the straight line, through vertices not yet taken.
- * path[cap] gets the vertices between them. Returns how many, or NONE where there is no way. */
+/* Traces seam number `seam` from vertex a to vertex b: straight on, cutting the edges in its way, or else around what is taken
+ * already, near the straight line. path[cap] gets the vertices between them. Returns how many, or NONE where there is no way. */
 int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path);
-
-/* Numbers the patches: regions to the right of the seams. A patch that reaches the left of a seam, the rim, or a cell of
- * kept[iso->ncell] (cells that the mesh left in place goes through and what was dropped does not) has no border there that it should
- * have: conflict[iso->ncell] is set for the cells where that happens. Returns how many such places there are. */
-int sheet_fill(Sheet *s, const uint8_t *kept, uint8_t *conflict, int *nregion);
-/* One more region: all of a component (which must be whole in the sheet and free of seams). */
-void sheet_take_component(Sheet *s, int comp, int region);
 
 /* Splits the edges inside patches whose ends are both pinned or on seams: the mesh may have such an edge already. */
 void sheet_split_chords(Sheet *s);

@@ -59,7 +59,7 @@ static void assert_mended(const Scene *s, const Mesh *m)
     AuditStat a = audit_match(&s->iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, true, mesh_bad, iso_bad, partner);
     assert_int_equal(a.wrong_mesh + a.wrong_iso, 0);
     Faults f;
-    faults_find(&s->iso, m, NULL, true, &f);
+    faults_find(&s->iso, m, true, &f);
     assert_int_equal(f.strays + f.torn + f.degenerate + f.inverted + f.crossed, 0);
     faults_free(&f);
 }
@@ -118,7 +118,7 @@ static void faults_are_found_and_mended_where_they_are(void **state)
         else if (kind == 1) m.pos[v] = v_sub(v_scale(centre, 2), m.pos[v]);                           /* on its other side */
         else m.pos[v] = m.pos[he_to(&m, he_next(m.opp[he_next(m.out[v])]))];                          /* over a neighbour's triangle */
         Faults f;
-        faults_find(&s.iso, &m, NULL, false, &f);
+        faults_find(&s.iso, &m, false, &f);
         int faulty = 0;
         for (int t = 0; t < m.ntri; t++) faulty += f.tri[t] != 0;
         assert_true(faulty > 0 && faulty <= valence + 1);
@@ -171,11 +171,21 @@ static void assert_change_is_local(const char *what, int side, FieldFn *from, co
     scene_free(&b);
 }
 
+/* A lens with a hole through it; its radius below 0: without one. */
+static double fn_lens(const double *k, Vec3 p)
+{
+    double r = hypot(p.x - k[0], p.y - k[1]), d = k[3] - hypot(r, 4 * (p.z - k[2]));
+    return real_min(0.4 * d, r - k[4]);
+}
+
 static void topology_changes_are_local(void **state)
 {
     (void)state;
     const double apart[] = {12.3, 16.6, 16.8, 7, 30.3, 16.6, 16.8, 7, 0}, joined[] = {12.3, 16.6, 16.8, 7, 30.3, 16.6, 16.8, 7, 1.6};
     const double cut[] = {19.3, 19.6, 19.8, 11, 4, 3}, closed[] = {19.3, 19.6, 19.8, 11, 4, -9};
+    const double whole[] = {19.3, 19.6, 19.8, 15, -9}, pierced[] = {19.3, 19.6, 19.8, 15, 0.9}; /* narrower than triangles: none is faulty */
+    assert_change_is_local("pierced", 40, fn_lens, whole, fn_lens, pierced, 0.8);
+    assert_change_is_local("healed", 40, fn_lens, pierced, fn_lens, whole, 0.8);
     assert_change_is_local("blend", 44, fn_rod, apart, fn_rod, joined, 0.6);
     assert_change_is_local("split", 44, fn_rod, joined, fn_rod, apart, 0.6);
     assert_change_is_local("ring closed", 40, fn_cut_torus, cut, fn_cut_torus, closed, 0.6);
@@ -208,48 +218,68 @@ static void births_deaths_and_swallowed_droplets(void **state)
 
 /* --- the sheet ------------------------------------------------------------------------------------------------------------ */
 
-/* A ring of pins around a ball's cap: the patch inside is a disc, the one outside as well; together they are all of it. */
-static void seams_bound_patches(void **state)
+/* Half-edges of the sheet's triangles that hang together with triangle t without a seam between them are marked; returns their
+ * Euler characteristic. */
+static int euler_within_seams(const Sheet *s, int t, uint8_t *mark)
+{
+    int32_t *stack = NEW(int32_t, s->ntri);
+    uint8_t *seen = NEW0(uint8_t, s->nvert);
+    int n = 0, verts = 0, edges2 = 0, tris = 0;
+    stack[n++] = t;
+    mark[t] = 1;
+    while (n) {
+        t = stack[--n];
+        tris++;
+        for (int h = 3 * t; h < 3 * t + 3; h++) {
+            verts += !seen[s->corner[h]];
+            seen[s->corner[h]] = 1;
+            edges2 += s->seam[h] == SEAM_NONE ? 1 : 2;
+            if (s->seam[h] != SEAM_NONE || mark[s->opp[h] / 3]) continue;
+            mark[s->opp[h] / 3] = 1;
+            stack[n++] = s->opp[h] / 3;
+        }
+    }
+    mem_free(stack);
+    mem_free(seen);
+    return verts - edges2 / 2 + tris;
+}
+
+/* A ring of pins around a ball's cap: the seams between them are closed and cut the ball into two discs. */
+static void seams_cut_the_sheet(void **state)
 {
     (void)state;
     enum { PINS = 24 };
     Scene s;
+    Sheet sheet;
     scene_make(&s, 36, fn_ball, BALL);
-    for (int turn = 0; turn < 2; turn++) {
-        Sheet sheet;
-        uint8_t want[1] = {1}, *kept = NEW0(uint8_t, s.iso.ncell), *conflict = NEW0(uint8_t, s.iso.ncell);
-        int32_t pin[PINS], path[32];
-        int nregion, inside = 0;
-        sheet_build(&sheet, &s.iso, want, NULL);
-        for (int i = 0; i < PINS; i++) {
-            double a = 2 * 3.14159265358979 * i / PINS;
-            Vec3 n = v_unit(vec3(cos(a), sin(a), 1)), p = v_axpy(vec3(BALL[0], BALL[1], BALL[2]), BALL[3], n);
-            assert_int_equal(field_project(&s.field, 1, &p, 1, NULL), 0);
-            pin[i] = sheet_pin(&sheet, i, p, n, 0, 0.5, 0, false);
-            assert_true(pin[i] != NONE && v_dist(sheet.pos[pin[i]], p) < 1e-12);
-        }
-        for (int i = 0; i < PINS; i++) {
-            int a = pin[i], b = pin[(i + 1) % PINS];
-            assert_true(sheet_trace(&sheet, i, turn ? b : a, turn ? a : b, 32, path) != NONE);
-        }
-        assert_int_equal(sheet_fill(&sheet, kept, conflict, &nregion), 0);
-        assert_int_equal(nregion, 1);
-        int edges = 0, border = 0, verts = 0;
-        uint8_t *seen = NEW0(uint8_t, sheet.nvert);
-        for (int h = 0; h < 3 * sheet.ntri; h++) {
-            if (sheet.region[h / 3] == REGION_NONE) continue;
-            inside += h % 3 == 0;
-            *(sheet.seam[h] == SEAM_NONE ? &edges : &border) += 1;
-            verts += !seen[sheet.corner[h]];
-            seen[sheet.corner[h]] = 1;
-        }
-        assert_int_equal(verts - edges / 2 - border + inside, 1);
-        assert_true((inside < sheet.ntri / 3) == (turn == 1)); /* the patch is to the right */
-        mem_free(seen);
-        mem_free(kept);
-        mem_free(conflict);
-        sheet_free(&sheet);
+    uint8_t want[1] = {1};
+    int32_t pin[PINS], path[32];
+    sheet_build(&sheet, &s.iso, want, NULL);
+    for (int i = 0; i < PINS; i++) {
+        double a = 2 * 3.14159265358979 * i / PINS;
+        Vec3 n = v_unit(vec3(cos(a), sin(a), 1)), p = v_axpy(vec3(BALL[0], BALL[1], BALL[2]), BALL[3], n);
+        assert_int_equal(field_project(&s.field, 1, &p, 1, NULL), 0);
+        pin[i] = sheet_pin(&sheet, i, p, n, 0, 0.5, 0, false);
+        assert_true(pin[i] != NONE && v_dist(sheet.pos[pin[i]], p) < 1e-12);
     }
+    for (int i = 0; i < PINS; i++) {
+        Vec3 a = sheet.pos[pin[i]], b = sheet.pos[pin[(i + 1) % PINS]];
+        int n = sheet_trace(&sheet, i, pin[i], pin[(i + 1) % PINS], 32, path);
+        assert_true(n != NONE);
+        for (int k = 0; k < n; k++) assert_true(v_dist(sheet.pos[path[k]], v_mid(a, b)) < 0.6 * v_dist(a, b) + 0.2);
+    }
+    uint8_t *mark = NEW0(uint8_t, sheet.ntri);
+    int cap = 0, rest = 0, inner = NONE;
+    for (int h = 0; h < 3 * sheet.ntri && inner == NONE; h++)
+        if (sheet.seam[h] != SEAM_NONE && !(sheet.seam[h] & 1)) inner = h / 3; /* to the left: the cap */
+    assert_int_equal(euler_within_seams(&sheet, inner, mark), 1);
+    for (int t = 0; t < sheet.ntri; t++) cap += mark[t];
+    assert_true(cap < sheet.ntri / 3);
+    while (mark[rest]) rest++;
+    assert_int_equal(euler_within_seams(&sheet, rest, mark), 1);
+    for (int t = 0; t < sheet.ntri; t++) assert_true(mark[t]);
+    mem_free(mark);
+    sheet_free(&sheet);
     scene_free(&s);
 }
 
@@ -260,7 +290,7 @@ int main(void)
         cmocka_unit_test(faults_are_found_and_mended_where_they_are),
         cmocka_unit_test(topology_changes_are_local),
         cmocka_unit_test(births_deaths_and_swallowed_droplets),
-        cmocka_unit_test(seams_bound_patches),
+        cmocka_unit_test(seams_cut_the_sheet),
     };
     return cmocka_run_group_tests_name("mend", tests, NULL, NULL);
 }

@@ -1,0 +1,304 @@
+/* match.c: which pieces of the mesh does the isosurface have? */
+#include "topology/graft_priv.h"
+
+#include <string.h>
+
+/* --- parts ------------------------------------------------------------------------------------------------------------ */
+
+/* wall[3 * ntri]: edges that part. */
+static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_t *opp, const uint8_t *wall)
+{
+    Parts p = {.of = NEW(int32_t, ntri)};
+    int32_t *stack = NEW(int32_t, ntri), *seen = NEW(int32_t, nvert);
+    int cap = 0;
+    for (int t = 0; t < ntri; t++) p.of[t] = NONE;
+    for (int v = 0; v < nvert; v++) seen[v] = NONE;
+    for (int s = 0; s < ntri; s++) {
+        if (p.of[s] != NONE) continue;
+        int n = 0, twice = 0;
+        stack[n++] = s;
+        p.of[s] = p.n;
+        while (n) {
+            int t = stack[--n];
+            twice += 2;
+            for (int h = 3 * t; h < 3 * t + 3; h++) { /* an edge inside is met twice, one of the border once */
+                twice += 2 * (seen[corner[h]] != p.n) - (wall[h] ? 2 : 1);
+                seen[corner[h]] = p.n;
+                if (wall[h] || p.of[opp[h] / 3] != NONE) continue;
+                p.of[opp[h] / 3] = p.n;
+                stack[n++] = opp[h] / 3;
+            }
+        }
+        RESERVE(p.euler2, cap, p.n + 1);
+        p.euler2[p.n++] = twice;
+    }
+    mem_free(stack);
+    mem_free(seen);
+    return p;
+}
+
+static void parts_free(Parts *p)
+{
+    mem_free(p->of);
+    mem_free(p->euler2);
+}
+
+static Parts find_pieces(const Graft *g)
+{
+    const Mesh *m = g->mesh;
+    uint8_t *wall = NEW(uint8_t, 3 * m->ntri);
+    for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->label[h / 3] != g->label[m->opp[h] / 3];
+    Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall);
+    mem_free(wall);
+    return p;
+}
+
+/* The mesh's triangle beside half-edge h of the sheet, which is on a seam. */
+static int mesh_side(const Graft *g, int h)
+{
+    int e = g->seam[g->sheet.seam[h] >> 1].half_edge;
+    return (g->sheet.seam[h] & 1 ? g->mesh->opp[e] : e) / 3;
+}
+
+/* Of a seam inside a hole nothing is left. */
+static bool is_border(const Graft *g, int h)
+{
+    int e = g->seam[g->sheet.seam[h] >> 1].half_edge;
+    return g->label[e / 3] != LABEL_HOLE || g->label[g->mesh->opp[e] / 3] != LABEL_HOLE;
+}
+
+static Parts find_regions(const Graft *g)
+{
+    const Sheet *s = &g->sheet;
+    uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
+    for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || (s->seam[h] != SEAM_NONE && is_border(g, h));
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall);
+    mem_free(wall);
+    return p;
+}
+
+/* --- the match -------------------------------------------------------------------------------------------------------- */
+
+static void claim(int32_t *of, int who) { *of = *of == NOBODY || *of == who ? who : SEVERAL; }
+
+static int owner_of(const Graft *g, const Parts *piece, const Claims *c, int t)
+{
+    return g->label[t] == LABEL_HOLE ? c->hole : g->label[t] == LABEL_FAR ? c->far : piece->of[t];
+}
+
+static Claims settle_claims(const Graft *g, const Parts *piece, const Parts *region)
+{
+    const Sheet *s = &g->sheet;
+    Claims c = {piece->n, piece->n + 1, NEW(int32_t, region->n), NEW0(uint8_t, region->n), NEW(int32_t, piece->n + 2)};
+    for (int r = 0; r < region->n; r++) c.owner[r] = NOBODY;
+    for (int k = 0; k < piece->n + 2; k++) c.region[k] = NOBODY;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int r = region->of[h / 3];
+        if (s->seam[h] == SEAM_NONE) c.open[r] |= s->opp[h] == NONE;
+        if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
+        int who = owner_of(g, piece, &c, mesh_side(g, h));
+        claim(&c.owner[r], who);
+        claim(&c.region[who], r);
+        c.open[r] |= who == c.far;
+    }
+    return c;
+}
+
+static void claims_free(Claims *c)
+{
+    mem_free(c->owner);
+    mem_free(c->open);
+    mem_free(c->region);
+}
+
+static int root_of(int32_t *up, int a)
+{
+    while (up[a] != a) a = up[a] = up[up[a]];
+    return a;
+}
+
+/* leak[regions]: of holes, and run into what is not looked at, or are not like the holes they close. Holes and regions that share seams
+ * belong together; in components that matched before the ones must have the topology of the others. */
+static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *region, const Claims *c)
+{
+    const Sheet *s = &g->sheet;
+    int n = piece->n + region->n;
+    uint8_t *leak = NEW(uint8_t, region->n), *trusted = NEW0(uint8_t, region->n);
+    int32_t *up = NEW(int32_t, n), *balance = NEW0(int32_t, n);
+    for (int k = 0; k < n; k++) up[k] = k;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int r = region->of[h / 3], t;
+        trusted[r] = !g->checked[s->home[s->corner[h]]];
+        if (s->seam[h] == SEAM_NONE || !is_border(g, h) || g->label[t = mesh_side(g, h)] != LABEL_HOLE) continue;
+        int a = root_of(up, piece->of[t]), b = root_of(up, piece->n + r);
+        up[int_max(a, b)] = int_min(a, b);
+    }
+    for (int k = 0; k < n; k++) balance[root_of(up, k)] += k < piece->n ? piece->euler2[k] : -region->euler2[k - piece->n];
+    for (int r = 0; r < region->n; r++) {
+        bool hole = c->owner[r] == c->hole;
+        leak[r] = (c->open[r] && c->owner[r] != c->far && c->owner[r] != NOBODY) || (hole && trusted[r] && balance[root_of(up, piece->n + r)] != 0);
+    }
+    mem_free(up);
+    mem_free(trusted);
+    mem_free(balance);
+    return leak;
+}
+
+/* sound[pieces]: the region it owns is owned by it alone, and is like it. */
+static uint8_t *find_sound(const Parts *piece, const Parts *region, const Claims *c)
+{
+    uint8_t *sound = NEW0(uint8_t, piece->n);
+    for (int k = 0; k < piece->n; k++) {
+        int r = c->region[k];
+        sound[k] = r >= 0 && c->owner[r] == k && region->euler2[r] == piece->euler2[k];
+    }
+    return sound;
+}
+
+/* Seams between what is kept and what is not lead along kept triangles, these to their left; the others are no more. */
+static void turn_seams(Graft *g)
+{
+    const Mesh *m = g->mesh;
+    Sheet *s = &g->sheet;
+    for (int i = 0; i < g->nseam; i++) {
+        Seam *at = &g->seam[i];
+        int h = at->half_edge;
+        at->live = g->drop[h / 3] != g->drop[m->opp[h] / 3];
+        if (!at->live || !g->drop[h / 3]) continue;
+        *at = (Seam){m->opp[h], at->b, at->a, at->path, at->npath, true};
+        for (int k = 0; k < at->npath / 2; k++) {
+            int32_t *p = g->path + at->path + k, *q = g->path + at->path + at->npath - 1 - k, t = *p;
+            *p = *q;
+            *q = t;
+        }
+    }
+    for (int v = 0; v < s->nvert; v++)
+        if (s->pin[v] == PIN_SEAM) s->pin[v] = PIN_NONE;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        if (s->seam[h] == SEAM_NONE) continue;
+        const Seam *at = &g->seam[s->seam[h] >> 1];
+        if (!at->live) s->seam[h] = SEAM_NONE;
+    }
+    for (int i = 0; i < g->nseam; i++)
+        for (int k = 0; k < g->seam[i].npath && g->seam[i].live; k++) s->pin[g->path[g->seam[i].path + k]] = PIN_SEAM;
+}
+
+/* The regions from here on are the patches. euler2[nregion]: twice their Euler characteristic; the caller frees it. */
+static int32_t *number_patches(Graft *g, const Parts *region, const uint8_t *patch)
+{
+    Sheet *s = &g->sheet;
+    uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
+    for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || patch[region->of[h / 3]] != patch[region->of[s->opp[h] / 3]];
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall);
+    int32_t *number = NEW(int32_t, p.n), *euler2 = NEW(int32_t, p.n);
+    for (int k = 0; k < p.n; k++) number[k] = NONE;
+    g->nregion = 0;
+    for (int t = 0; t < s->ntri; t++) {
+        int k = p.of[t];
+        if (!patch[region->of[t]]) continue;
+        if (number[k] == NONE) euler2[g->nregion] = p.euler2[k], number[k] = g->nregion++;
+        s->region[t] = number[k];
+    }
+    mem_free(wall);
+    mem_free(number);
+    parts_free(&p);
+    return euler2;
+}
+
+/* What each patch does to the mesh's Euler characteristic: holes and patches that share seams belong together. */
+static void weigh_patches(Graft *g, const int32_t *euler2)
+{
+    const Mesh *m = g->mesh;
+    const Sheet *s = &g->sheet;
+    uint8_t *wall = NEW(uint8_t, 3 * m->ntri);
+    for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->drop[h / 3] != g->drop[m->opp[h] / 3];
+    Parts hole = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall);
+    int n = g->nregion + hole.n;
+    int32_t *up = NEW(int32_t, n);
+    for (int k = 0; k < n; k++) up[k] = k;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        if (s->seam[h] == SEAM_NONE || s->region[h / 3] == REGION_NONE) continue;
+        int a = root_of(up, s->region[h / 3]), b = root_of(up, g->nregion + hole.of[m->opp[g->seam[s->seam[h] >> 1].half_edge] / 3]);
+        up[int_max(a, b)] = int_min(a, b);
+    }
+    g->euler = NEW0(int32_t, g->nregion);
+    for (int k = 0; k < n; k++) /* a root is the least index: a patch, where there is one */
+        if (root_of(up, k) < g->nregion) g->euler[root_of(up, k)] += k < g->nregion ? euler2[k] / 2 : -hole.euler2[k - g->nregion] / 2;
+    mem_free(wall);
+    mem_free(up);
+    parts_free(&hole);
+}
+
+void graft_look(Graft *g)
+{
+    graft_forget(g);
+    g->piece = find_pieces(g);
+    g->region = find_regions(g);
+    g->claims = settle_claims(g, &g->piece, &g->region);
+}
+
+void graft_forget(Graft *g)
+{
+    claims_free(&g->claims);
+    parts_free(&g->piece);
+    parts_free(&g->region);
+    g->claims = (Claims){0};
+    g->piece = g->region = (Parts){0};
+}
+
+bool graft_find_unsound(Graft *g)
+{
+    uint8_t *sound = find_sound(&g->piece, &g->region, &g->claims);
+    bool any = false;
+    for (int t = 0; t < g->mesh->ntri; t++) {
+        if (g->label[t] < 0 || sound[g->piece.of[t]]) continue;
+        g->label[t] = LABEL_NEAR;
+        any = true;
+    }
+    mem_free(sound);
+    return any;
+}
+
+bool graft_find_leaks(Graft *g, uint8_t *beside)
+{
+    const Sheet *s = &g->sheet;
+    uint8_t *leak = find_leaks(g, &g->piece, &g->region, &g->claims);
+    bool any = false;
+    memset(beside, 0, (size_t)g->mesh->ntri);
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        if (s->seam[h] == SEAM_NONE || !is_border(g, h) || !leak[g->region.of[h / 3]]) continue;
+        int e = g->seam[s->seam[h] >> 1].half_edge, t = mesh_side(g, h), u = (e / 3) + g->mesh->opp[e] / 3 - t;
+        if (g->label[t] == LABEL_FAR || g->label[u] != LABEL_FAR) continue;
+        beside[t] = beside[u] = 1;
+        any = true;
+    }
+    for (int i = 0; i < g->nseam; i++) { /* a border with a gap */
+        int t = g->seam[i].half_edge / 3, u = g->mesh->opp[g->seam[i].half_edge] / 3;
+        if (g->seam[i].npath != NONE || (g->label[t] == LABEL_HOLE && g->label[u] == LABEL_HOLE)) continue;
+        beside[t] = beside[u] = 1;
+        any = true;
+    }
+    mem_free(leak);
+    return any;
+}
+
+/* What is kept of the sheet is what sound pieces stand for and what was not looked at. */
+void graft_take(Graft *g)
+{
+    const Sheet *s = &g->sheet;
+    const Parts *piece = &g->piece, *region = &g->region;
+    const Claims *c = &g->claims;
+    uint8_t *sound = find_sound(piece, region, c), *patch = NEW(uint8_t, region->n);
+    for (int t = 0; t < g->mesh->ntri; t++)
+        if (g->label[t] >= 0 && !sound[piece->of[t]]) g->drop[t] = 1;
+    for (int t = 0; t < s->ntri; t++) {
+        int r = region->of[t], who = c->owner[r], comp = s->home[s->corner[3 * t]];
+        patch[r] = who == NOBODY ? g->checked[comp] || g->whole[comp] : who != c->far && !(who >= 0 && who < piece->n && sound[who]);
+    }
+    turn_seams(g);
+    int32_t *euler2 = number_patches(g, region, patch);
+    weigh_patches(g, euler2);
+    mem_free(euler2);
+    mem_free(sound);
+    mem_free(patch);
+}
