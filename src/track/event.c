@@ -32,7 +32,7 @@ void events_free(FrameEvents *e)
 typedef struct Sewn {
     Vec3 place, was;      /* in this frame, in the last one */
     int body;             /* after; */
-    int vertices;
+    int vertices, euler;  /* see MendPatch */
     bool whole;           /* the whole component was made anew: its place tells nothing */
     bool used;            /* as the place of a joint */
 } Sewn;
@@ -73,7 +73,7 @@ static void take_patches(Teller *te, const IsoSurface *iso)
     for (int i = 0; i < s->npatch; i++) {
         const MendPatch *p = &s->patch[i];
         if (p->comp == NONE || body[p->comp] == NONE) continue;
-        te->sewn[te->nsewn++] = (Sewn){p->place, lineage_go_back(te->tr, p->place), body[p->comp], p->vertices, p->whole, false};
+        te->sewn[te->nsewn++] = (Sewn){p->place, lineage_go_back(te->tr, p->place), body[p->comp], p->vertices, p->euler, p->whole, false};
     }
     mem_free(body);
 }
@@ -268,17 +268,16 @@ static bool is_turned(const Track *tr, const Sewn *s)
     return (F > 0) != (was > 0);
 }
 
-/* The likeliest patch of a group for a hole that nothing else explains yet, or NONE: one where matter came or went, else
- * one that is no joint's place, else the largest. */
-static int find_hole(const Teller *te, int group, bool turned_only)
+/* The likeliest patch of a group for a hole that nothing else explains yet, or NONE: one whose Euler characteristic says so, else
+ * one that is no joint's place, else one where matter came or went, else the largest. */
+static int find_hole(const Teller *te, int group, bool opened, bool sure_only)
 {
     int best = NONE, best_rank = -1;
     for (int i = 0; i < te->nsewn; i++) {
         const Sewn *s = &te->sewn[i];
         if (s->whole || group_after(te, s->body) != group) continue;
-        bool turned = is_turned(te->tr, s);
-        int rank = 2 * !s->used + turned;
-        if (turned_only && rank < 3) continue;
+        int rank = 4 * (opened ? s->euler < 0 : s->euler > 0) + 2 * !s->used + is_turned(te->tr, s);
+        if (sure_only && rank < 6) continue;
         if (rank > best_rank || (rank == best_rank && s->vertices > te->sewn[best].vertices)) best = i, best_rank = rank;
     }
     return best;
@@ -297,7 +296,7 @@ static Vec3 centre_of_holes(const Teller *te, int group, bool opened)
 static void place_holes(Teller *te, FrameEvent *v, int group)
 {
     for (int n = 0; n < v->count; n++) {
-        int p = find_hole(te, group, n > 0);
+        int p = find_hole(te, group, v->kind == EVENT_HOLE_OPEN, n > 0);
         if (p == NONE) break;
         add_place(te, v, te->sewn[p].place);
         v->replaced += te->sewn[p].used ? 0 : te->sewn[p].vertices;

@@ -9,7 +9,7 @@
 #define REST_RATIO_MIN 0.64
 #define REST_RATIO_MAX 0.82
 #define EDGE_LEAST_VOX 0.1  /* below it triangles could only multiply */
-#define FLIP_GAIN 0.2       /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
+#define FLIP_GAIN 0.1       /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
 
@@ -38,6 +38,7 @@ void track_close(Track *tr)
     mesh_free(&tr->mesh);
     mem_free(tr->unrest);
     mem_free(tr->frozen);
+    mem_free(tr->moved);
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
@@ -60,14 +61,15 @@ static void add_columns(Track *tr, int from)
         tr->capcolumn = int_max(n, 2 * tr->capcolumn);
         RESIZE(tr->unrest, tr->capcolumn);
         RESIZE(tr->frozen, tr->capcolumn);
+        RESIZE(tr->moved, tr->capcolumn);
     }
-    for (int v = from; v < n; v++) tr->unrest[v] = 1, tr->frozen[v] = 0;
+    for (int v = from; v < n; v++) tr->unrest[v] = 1, tr->frozen[v] = 0, tr->moved[v] = 1;
 }
 
 static void move_columns(Track *tr, int n, const int32_t *to)
 {
     for (int v = 0; v < n; v++)
-        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v], tr->frozen[to[v]] = tr->frozen[v];
+        if (to[v] != NONE) tr->unrest[to[v]] = tr->unrest[v], tr->frozen[to[v]] = tr->frozen[v], tr->moved[to[v]] = tr->moved[v];
 }
 
 static void compact(Track *tr, Remesh *r)
@@ -86,7 +88,7 @@ static void wake_changed(Track *tr, int first_new)
     const Mesh *m = &tr->mesh;
     add_columns(tr, first_new);
     for (int h = 0; h < 3 * m->ntri; h++)
-        if (!tri_is_dead(m, h / 3) && m->flag[h] & EDGE_FLAGGED) tr->unrest[he_from(m, h)] = 1, tr->frozen[he_from(m, h)] = 0;
+        if (!tri_is_dead(m, h / 3) && m->flag[h] & EDGE_FLAGGED) tr->unrest[he_from(m, h)] = 1, tr->frozen[he_from(m, h)] = 0, tr->moved[he_from(m, h)] = 1;
 }
 
 /* Frozen: at rest, under a field that did not move it, and so are its neighbours. */
@@ -95,7 +97,10 @@ static void freeze(Track *tr, const Vec3 *was, FrameStat *stat)
     const Mesh *m = &tr->mesh;
     uint8_t *still = NEW(uint8_t, m->nvert);
     double limit = STILL_VOX * tr->field->voxel;
-    for (int v = 0; v < m->nvert; v++) still[v] = tr->unrest[v] < STILL_UNREST && v_len2(v_sub(m->pos[v], was[v])) < limit * limit;
+    for (int v = 0; v < m->nvert; v++) {
+        tr->moved[v] = v_len2(v_sub(m->pos[v], was[v])) >= limit * limit;
+        still[v] = tr->unrest[v] < STILL_UNREST && !tr->moved[v];
+    }
     memcpy(tr->frozen, still, (size_t)m->nvert);
     for (int h = 0; h < 3 * m->ntri; h++)
         if (!still[he_to(m, h)]) tr->frozen[he_from(m, h)] = 0;
@@ -173,7 +178,7 @@ static void round_positions(Track *tr)
 }
 
 /* The columns of vertices that are still there go with them; the others are new. */
-static void carry_columns(Track *tr, int n, const int32_t *id, const float *unrest, const uint8_t *frozen)
+static void carry_columns(Track *tr, int n, const int32_t *id, const float *unrest, const uint8_t *frozen, const uint8_t *moved)
 {
     const Mesh *m = &tr->mesh;
     Map at;
@@ -182,7 +187,7 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
     add_columns(tr, 0);
     for (int v = 0; v < m->nvert; v++) {
         int i = map_get(&at, (uint64_t)m->id[v]);
-        if (i != NONE) tr->unrest[v] = unrest[i], tr->frozen[v] = frozen[i];
+        if (i != NONE) tr->unrest[v] = unrest[i], tr->frozen[v] = frozen[i], tr->moved[v] = moved[i];
     }
     map_free(&at);
 }
@@ -195,13 +200,14 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, Fra
     int n = m->nvert;
     int32_t *id = NEW(int32_t, n);
     float *unrest = NEW(float, n);
-    uint8_t *frozen = NEW(uint8_t, n);
-    for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v];
+    uint8_t *frozen = NEW(uint8_t, n), *moved = NEW(uint8_t, n);
+    for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v], moved[v] = tr->moved[v];
     mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, crossings}, m, &tr->mended);
-    carry_columns(tr, n, id, unrest, frozen);
+    carry_columns(tr, n, id, unrest, frozen, moved);
     mem_free(id);
     mem_free(unrest);
     mem_free(frozen);
+    mem_free(moved);
     stat->seconds.mend += track_clock() - t0;
 }
 
@@ -226,6 +232,17 @@ static void alter(Track *tr, Remesh *r, FrameStat *stat)
     stat->seconds.alter += track_clock() - t0;
 }
 
+/* Poor triangles, where the field moves or edges were changed: elsewhere the forces alone come to rest. To the papers' rules poor
+ * triangles tell where the surface tears. */
+static void improve(const Track *tr, Remesh *r)
+{
+    if (tr->set.topology == TOPOLOGY_PAPERS) return;
+    uint8_t *held = NEW(uint8_t, tr->mesh.nvert);
+    for (int v = 0; v < tr->mesh.nvert; v++) held[v] = tr->frozen[v] || !tr->moved[v];
+    remesh_improve(r, held);
+    mem_free(held);
+}
+
 static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
@@ -242,6 +259,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
         remesh_remember_lengths(m);
         stat->seconds.relax += track_clock() - t0;
     }
+    improve(tr, &r);
     int found;
     remesh_heal(&r, tr->frozen, &found);
     stat->inverted_found += found;
