@@ -95,6 +95,27 @@ static double phi_morph(const double p[3], int frame)
     return (1 - t) * torus(p, centre, 2, 16, 7) + t * balls;
 }
 
+/* GI'07 figure 11: a ball falls into a pool, rings run out, a jet rises from the middle and sheds its tip. */
+static double phi_splash(const double p[3], int frame)
+{
+    double r = hypot(p[0] - 23.5, p[1] - 23.5), t = frame - 8; /* from the impact on */
+    double wave = t > 0 ? 4.5 * sin(0.45 * t) * exp(-0.04 * t) * cos(0.55 * r - 0.45 * t) * exp(-r / 9) : 0;
+    double water = (p[2] - 13 - wave) / 1.5, drop = ball(p, 23.5, 23.5, 29 - 2.1 * frame, 4.2);
+    double rise = t > 8 ? 13 * sin(0.17 * (t - 8)) : 0, tip = 10 + rise, neck = 2.6 - 0.17 * (t - 8);
+    double jet = real_max(r - neck, p[2] - tip), bead = ball(p, 23.5, 23.5, tip, 3.1);
+    double d = frame < 12 ? real_min(water, drop) : water;
+    return rise > 0 ? real_min(d, real_min(jet, bead)) : d;
+}
+
+/* GI'07 figure 12: a stream is poured into a basin that fills, and breaks up into drops. */
+static double phi_pour(const double p[3], int frame)
+{
+    double r = hypot(p[0] - 19.5, p[1] - 19.5), far = hypot(r, 1);
+    double level = 6 + 0.3 * frame + 1.6 * sin(0.7 * far - 0.8 * frame) / (1 + 0.15 * far);
+    double stream = r - (4.2 - 0.16 * frame + 1.3 * sin(0.6 * (p[2] + 1.7 * frame)));
+    return real_min((p[2] - level) / 1.4, real_max(stream / 1.3, 4 - p[2]));
+}
+
 const Scene scene_list[] = {
     {"three", "three balls meet at one frame, and part", {80, 80, 40}, 49, phi_three},
     {"disc", "a hole opens and closes in a plate", {64, 64, 28}, 41, phi_disc},
@@ -102,6 +123,8 @@ const Scene scene_list[] = {
     {"pass", "a ball and a torus fly through each other at 5 voxels a frame each", {146, 64, 64}, 23, phi_pass},
     {"enright", "Enright's deformation and back", {64, 64, 64}, 61, NULL},
     {"morph", "a torus becomes two balls, and back", {64, 64, 64}, 49, phi_morph},
+    {"splash", "a ball falls into a pool, and a jet sheds its tip (GI'07 figure 11)", {48, 48, 40}, 32, phi_splash},
+    {"pour", "a stream fills a basin and breaks into drops (GI'07 figure 12)", {40, 40, 40}, 32, phi_pour},
 };
 const int scene_count = sizeof scene_list / sizeof *scene_list;
 
