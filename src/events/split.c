@@ -1,6 +1,7 @@
 /* split.c: RR-6128 4.2. Quasi-critical points are clustered by distance (single linkage), so that several splits in a frame each
  * get a plane of their own. */
 #include "base/hash.h"
+#include "base/sets.h"
 #include "base/thread.h"
 #include "events/events_priv.h"
 
@@ -59,12 +60,6 @@ int events_quasi_critical(const RefinedMesh *fine, const Field *field, const Eve
 
 /* --- clusters: single linkage in a hashed grid of cells of the linking distance ---------------------------------------- */
 
-static int root_of(int32_t *up, int i)
-{
-    while (up[i] != i) i = up[i] = up[up[i]];
-    return i;
-}
-
 static uint64_t cell_of(Vec3 p, double cell, int dx, int dy, int dz)
 {
     const double most = 1e6;
@@ -76,7 +71,7 @@ static void join_cell(const QuasiCritical *q, int i, int first, const int32_t *n
 {
     for (int j = first; j != NONE; j = next[j]) {
         if (j == i || v_len2(v_sub(q[i].p, q[j].p)) > near * near) continue;
-        int a = root_of(up, i), b = root_of(up, j);
+        int a = set_root(up, i), b = set_root(up, j);
         up[int_max(a, b)] = int_min(a, b);
     }
 }
@@ -100,7 +95,7 @@ static void find_clusters(int n, const QuasiCritical *q, double near, int32_t *c
             int c = map_get(&cell, cell_of(q[i].p, near, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
             if (c != NONE) join_cell(q, i, head[c], next, near, cluster);
         }
-    for (int i = 0; i < n; i++) cluster[i] = root_of(cluster, i);
+    for (int i = 0; i < n; i++) cluster[i] = set_root(cluster, i);
     mem_free(head);
     mem_free(next);
     map_free(&cell);

@@ -150,3 +150,12 @@ void audit_homes(const IsoSurface *iso, const AuditMesh *mesh, int32_t *home)
     for (int h = 0; h < 3 * mesh->ntri; h++) home[mesh->tri[h]] = partner[mesh->tri_comp[h / 3]];
     mem_free(partner);
 }
+
+int32_t *audit_mesh_homes(const IsoSurface *iso, const Mesh *mesh)
+{
+    int32_t *home = NEW(int32_t, mesh->nvert), *comp = NEW(int32_t, mesh->ntri);
+    int n = mesh_components(mesh, comp, NULL);
+    audit_homes(iso, &(AuditMesh){mesh->nvert, mesh->ntri, n, mesh->pos, mesh->corner, comp}, home);
+    mem_free(comp);
+    return home;
+}

@@ -24,3 +24,5 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool sizes, 
 
 /* home[mesh->nvert]: the component of the isosurface that most of the vertex's mesh component lies on, or NONE. */
 void audit_homes(const IsoSurface *iso, const AuditMesh *mesh, int32_t *home);
+/* The same of a mesh, which must be compact; the caller frees the array. */
+int32_t *audit_mesh_homes(const IsoSurface *iso, const Mesh *mesh);

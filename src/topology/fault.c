@@ -38,11 +38,11 @@ static int faults_of(const Job *job, int t)
     const Mesh *m = job->mesh;
     const int32_t *c = m->corner + 3 * t, *comp = job->f->comp;
     Vec3 a = m->pos[c[0]], b = m->pos[c[1]], d = m->pos[c[2]];
-    if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return STRAY;
-    if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return TORN;
-    if (!(v_len2(v_area2(a, b, d)) > 0)) return DEGENERATE;
-    if (field_triangle_inverted(job->iso->field, a, b, d)) return INVERTED;
-    return distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAR : 0;
+    if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return FAULT_STRAY;
+    if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return FAULT_TORN;
+    if (!(v_len2(v_area2(a, b, d)) > 0)) return FAULT_DEGENERATE;
+    if (field_triangle_inverted(job->iso->field, a, b, d)) return FAULT_INVERTED;
+    return distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAULT_FAR : 0;
 }
 
 static void triangle_block(void *ctx, int begin, int end)
@@ -111,7 +111,7 @@ static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
     for (int v = 0; v < m->nvert; v++) {
         int c = iso_cell_near(iso, m->pos[v]), h = m->out[v];
         if (c == NONE || !near[c]) continue;
-        do f->tri[h / 3] |= FAR;
+        do f->tri[h / 3] |= FAULT_FAR;
         while ((h = he_around(m, h)) != m->out[v]);
     }
     mem_free(near);
@@ -122,7 +122,7 @@ static void find_crossings(const Mesh *m, Faults *f)
     TriPair *pair = NULL;
     int cap = 0;
     f->crossed = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
-    for (int i = 0; i < f->crossed; i++) f->tri[pair[i].a] |= CROSSED, f->tri[pair[i].b] |= CROSSED;
+    for (int i = 0; i < f->crossed; i++) f->tri[pair[i].a] |= FAULT_CROSSED, f->tri[pair[i].b] |= FAULT_CROSSED;
     mem_free(pair);
 }
 
@@ -137,10 +137,10 @@ void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults
     if (crossings) find_crossings(mesh, f);
     for (int v = 0; v < mesh->nvert; v++) f->strays += f->comp[v] == NONE;
     for (int t = 0; t < mesh->ntri; t++) {
-        f->torn += f->tri[t] == TORN;
-        f->inverted += f->tri[t] == INVERTED;
-        f->far += f->tri[t] == FAR;
-        f->degenerate += f->tri[t] == DEGENERATE;
+        f->torn += f->tri[t] == FAULT_TORN;
+        f->inverted += f->tri[t] == FAULT_INVERTED;
+        f->far += f->tri[t] == FAULT_FAR;
+        f->degenerate += f->tri[t] == FAULT_DEGENERATE;
         f->any += f->tri[t] != 0;
     }
     f->any += f->uncovered;

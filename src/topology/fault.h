@@ -5,7 +5,7 @@
 #include "topology/iso.h"
 
 /* What a triangle can be. */
-enum { TORN = 1, INVERTED = 2, FAR = 4, STRAY = 8, CROSSED = 16, DEGENERATE = 32 };
+enum { FAULT_TORN = 1, FAULT_INVERTED = 2, FAULT_FAR = 4, FAULT_STRAY = 8, FAULT_CROSSED = 16, FAULT_DEGENERATE = 32 };
 
 typedef struct Faults {
     int32_t *comp;    /* [mesh->nvert] the component each vertex lies on; NONE: it is off the surface */

@@ -1,5 +1,6 @@
 #include "topology/iso.h"
 
+#include "base/sets.h"
 #include "topology/cell.h"
 
 #include <string.h>
@@ -94,37 +95,23 @@ static void scan_brick(Builder *b, int brick)
 
 /* --- components ----------------------------------------------------------------------------------------------- */
 
-static int root_of(int32_t *up, int a)
-{
-    while (up[a] != a) a = up[a] = up[up[a]];
-    return a;
-}
-
-static void join(int32_t *up, int a, int b)
-{
-    a = root_of(up, a);
-    b = root_of(up, b);
-    if (a < b) up[b] = a;
-    else up[a] = b;
-}
-
 static void find_components(IsoSurface *iso)
 {
     int32_t *up = iso->edge_comp = NEW(int32_t, iso->nedge);
     for (int e = 0; e < iso->nedge; e++) up[e] = e;
     for (int l = 0; l < iso->nloop; l++) {
         int first = iso->loop_edge[iso->loop_start[l]];
-        for (int k = iso->loop_start[l] + 1; k < iso->loop_start[l + 1]; k++) join(up, first, iso->loop_edge[k]);
-        if (iso->loop_mate[l] != NONE) join(up, first, iso->loop_edge[iso->loop_start[iso->loop_mate[l]]]);
+        for (int k = iso->loop_start[l] + 1; k < iso->loop_start[l + 1]; k++) set_join(up, first, iso->loop_edge[k]);
+        if (iso->loop_mate[l] != NONE) set_join(up, first, iso->loop_edge[iso->loop_start[iso->loop_mate[l]]]);
     }
     /* a root is the smallest of its component, so it is numbered before its members are looked up */
     for (int e = 0; e < iso->nedge; e++) {
-        int r = root_of(up, e);
+        int r = set_root(up, e);
         if (r == e) iso->ncomp++;
     }
     int32_t *number = NEW(int32_t, iso->nedge);
     for (int e = 0, n = 0; e < iso->nedge; e++) {
-        int r = root_of(up, e);
+        int r = set_root(up, e);
         number[e] = r == e ? n++ : number[r];
     }
     mem_free(up);

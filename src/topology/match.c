@@ -1,4 +1,5 @@
 /* match.c: which pieces of the mesh does the isosurface have? */
+#include "base/sets.h"
 #include "topology/graft_priv.h"
 
 #include <string.h>
@@ -111,12 +112,6 @@ static void claims_free(Claims *c)
     mem_free(c->region);
 }
 
-static int root_of(int32_t *up, int a)
-{
-    while (up[a] != a) a = up[a] = up[up[a]];
-    return a;
-}
-
 /* leak[regions]: of holes, and run into what is not looked at, or are not like the holes they close. Holes and regions that share seams
  * belong together; in components that matched before the ones must have the topology of the others. */
 static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *region, const Claims *c)
@@ -130,13 +125,12 @@ static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *regi
         int r = region->of[h / 3], t;
         trusted[r] = !g->checked[s->home[s->corner[h]]];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || g->label[t = mesh_side(g, h)] != LABEL_HOLE) continue;
-        int a = root_of(up, piece->of[t]), b = root_of(up, piece->n + r);
-        up[int_max(a, b)] = int_min(a, b);
+        set_join(up, piece->of[t], piece->n + r);
     }
-    for (int k = 0; k < n; k++) balance[root_of(up, k)] += k < piece->n ? piece->euler2[k] : -region->euler2[k - piece->n];
+    for (int k = 0; k < n; k++) balance[set_root(up, k)] += k < piece->n ? piece->euler2[k] : -region->euler2[k - piece->n];
     for (int r = 0; r < region->n; r++) {
         bool hole = c->owner[r] == c->hole;
-        leak[r] = (c->open[r] && c->owner[r] != c->far && c->owner[r] != NOBODY) || (hole && trusted[r] && balance[root_of(up, piece->n + r)] != 0);
+        leak[r] = (c->open[r] && c->owner[r] != c->far && c->owner[r] != NOBODY) || (hole && trusted[r] && balance[set_root(up, piece->n + r)] != 0);
     }
     mem_free(up);
     mem_free(trusted);
@@ -218,12 +212,11 @@ static void weigh_patches(Graft *g, const int32_t *euler2)
     for (int k = 0; k < n; k++) up[k] = k;
     for (int h = 0; h < 3 * s->ntri; h++) {
         if (s->seam[h] == SEAM_NONE || s->region[h / 3] == REGION_NONE) continue;
-        int a = root_of(up, s->region[h / 3]), b = root_of(up, g->nregion + hole.of[m->opp[g->seam[s->seam[h] >> 1].half_edge] / 3]);
-        up[int_max(a, b)] = int_min(a, b);
+        set_join(up, s->region[h / 3], g->nregion + hole.of[m->opp[g->seam[s->seam[h] >> 1].half_edge] / 3]);
     }
     g->euler = NEW0(int32_t, g->nregion);
     for (int k = 0; k < n; k++) /* a root is the least index: a patch, where there is one */
-        if (root_of(up, k) < g->nregion) g->euler[root_of(up, k)] += k < g->nregion ? euler2[k] / 2 : -hole.euler2[k - g->nregion] / 2;
+        if (set_root(up, k) < g->nregion) g->euler[set_root(up, k)] += k < g->nregion ? euler2[k] / 2 : -hole.euler2[k - g->nregion] / 2;
     mem_free(wall);
     mem_free(up);
     parts_free(&hole);

@@ -52,7 +52,7 @@ static void forgive(const IsoSurface *iso, const Mesh *m, int which, Verdict *v)
         int k = v->faults.comp[m->corner[3 * t]];
         if (k != NONE && !v->wrong[k]) v->faults.tri[t] &= (uint8_t)~which;
     }
-    for (int c = 0; c < iso->ncell && which & FAR; c++)
+    for (int c = 0; c < iso->ncell && which & FAULT_FAR; c++)
         if (!v->wrong[iso_loop_component(iso, iso->cell_loop[c])]) v->faults.cell[c] = 0;
 }
 
@@ -62,7 +62,7 @@ static void forgive_all(const Mesh *m, const int32_t *comp, const int32_t *partn
     for (int t = 0; t < m->ntri; t++) {
         int k = partner[comp[t]];
         if (k == NONE || v->wrong[k]) continue;
-        v->faults.tri[t] &= DEGENERATE;
+        v->faults.tri[t] &= FAULT_DEGENERATE;
         for (int c = 0; c < 3; c++) v->faults.comp[m->corner[3 * t + c]] = k;
     }
 }
@@ -89,7 +89,7 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     int bad = f->inverted + f->crossed;
     v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
-    forgive(iso, m, (round < ROUND_STRICT ? 0 : FAR) | (many ? INVERTED | CROSSED : 0), v);
+    forgive(iso, m, (round < ROUND_STRICT ? 0 : FAULT_FAR) | (many ? FAULT_INVERTED | FAULT_CROSSED : 0), v);
     if (round >= ROUND_EXACT) forgive_all(m, comp, partner, v);
     v->any = a.wrong_mesh + a.wrong_iso > 0;
     for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
@@ -124,22 +124,12 @@ static void remember_edges(const Mesh *m, const Faults *f, Map *edges)
     }
 }
 
-/* The component of the isosurface each vertex belongs to; the caller frees it. */
-static int32_t *find_homes(const IsoSurface *iso, const Mesh *m)
-{
-    int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
-    int n = mesh_components(m, comp, NULL);
-    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
-    mem_free(comp);
-    return home;
-}
-
 /* Brings the vertices from `first` on to the edge length (0: only heals). */
 static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge, const Map *edges)
 {
     Remesh r;
     int found;
-    int32_t *home = find_homes(iso, m);
+    int32_t *home = audit_mesh_homes(iso, m);
     remesh_begin(&r, m, iso->field, edge > 0 ? edge : iso->field->voxel, &(Homes){iso_is_home, iso, home});
     remesh_confine(&r, first);
     if (edge > 0) {
@@ -202,6 +192,13 @@ static void give_area(Mesh *m)
         }
 }
 
+/* To what files hold. */
+static void round_positions(Mesh *m)
+{
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    give_area(m);
+}
+
 static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, int round, const Verdict *v, MendStat *stat)
 {
     Map edges;
@@ -215,8 +212,7 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     if (ROUND_EDGE[round] != NONE) work_patches(iso, m, first, ROUND_EDGE[round] * opt->edge, &edges);
     else stat->raw += count_raw(iso, v);
     speck_append(iso, speck, m);
-    for (int i = 0; i < m->nvert; i++) m->pos[i] = v_round32(m->pos[i]);
-    give_area(m);
+    round_positions(m);
     mem_free(speck);
     map_free(&edges);
 }
@@ -237,12 +233,12 @@ static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pa
 {
     Remesh r;
     uint8_t *mark = NEW0(uint8_t, m->ntri);
-    int32_t *home = find_homes(iso, m);
+    int32_t *home = audit_mesh_homes(iso, m);
     for (int i = 0; i < n; i++) mark[pair[i].a] = mark[pair[i].b] = 1;
     remesh_begin(&r, m, iso->field, iso->field->voxel, &(Homes){iso_is_home, iso, home});
     int splits = remesh_split_marked(&r, mark, SPLIT_LEAST_VOX * iso->field->voxel);
     remesh_end(&r);
-    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    round_positions(m);
     mem_free(mark);
     mem_free(home);
     return splits > 0;

@@ -114,12 +114,8 @@ static void freeze(Track *tr, const Vec3 *was, FrameStat *stat)
  * split a mesh lies on two components until it is cut. */
 static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
 {
-    const Mesh *m = &tr->mesh;
-    int32_t *home = NEW(int32_t, m->nvert), *comp = NEW(int32_t, m->ntri);
-    int n = mesh_components(m, comp, NULL);
-    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, home);
-    for (int v = 0; v < m->nvert && tr->set.topology == TOPOLOGY_PAPERS; v++) home[v] = NONE;
-    mem_free(comp);
+    int32_t *home = audit_mesh_homes(iso, &tr->mesh);
+    for (int v = 0; v < tr->mesh.nvert && tr->set.topology == TOPOLOGY_PAPERS; v++) home[v] = NONE;
     return home;
 }
 
