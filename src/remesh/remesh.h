@@ -78,5 +78,10 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found);
  * the frozen (may be NULL). Without homes nothing is known and nothing done. Returns how many are left astray. */
 int remesh_rehome(Remesh *r, const uint8_t *frozen);
 
+/* Rounds positions to float32 and takes triangles that run through one another apart, by flips, moves and collapses of their own
+ * edges and corners, as long as each leaves fewer crossings, turns nothing over and strays no farther from the surface. The
+ * mesh may hold dead triangles afterwards. Returns how many pairs are left. */
+int remesh_uncross(Remesh *r);
+
 /* Remembers each edge's length as the last step's. */
 void remesh_remember_lengths(Mesh *mesh);

@@ -57,12 +57,12 @@ static void forgive(const IsoSurface *iso, const Mesh *m, int which, Verdict *v)
 }
 
 /* Meshes that match stay as they are, whatever is faulty. comp[ntri] are the mesh's components, partner those they lie on. */
-static void forgive_all(const Mesh *m, const int32_t *comp, const int32_t *partner, Verdict *v)
+static void forgive_all(const Mesh *m, const int32_t *comp, const int32_t *partner, int kept, Verdict *v)
 {
     for (int t = 0; t < m->ntri; t++) {
         int k = partner[comp[t]];
         if (k == NONE || v->wrong[k]) continue;
-        v->faults.tri[t] &= FAULT_DEGENERATE;
+        v->faults.tri[t] &= (uint8_t)(FAULT_DEGENERATE | kept);
         for (int c = 0; c < 3; c++) v->faults.comp[m->corner[3 * t + c]] = k;
     }
 }
@@ -90,7 +90,7 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
     forgive(iso, m, (round < ROUND_STRICT ? 0 : FAULT_FAR) | (many ? FAULT_INVERTED | FAULT_CROSSED : 0), v);
-    if (round >= ROUND_EXACT) forgive_all(m, comp, partner, v);
+    if (round >= ROUND_EXACT) forgive_all(m, comp, partner, round == ROUND_EXACT && f->crossed < FEW ? FAULT_CROSSED : 0, v);
     v->any = a.wrong_mesh + a.wrong_iso > 0;
     for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
     for (int c = 0; c < iso->ncell; c++) v->any = v->any || f->cell[c];
@@ -244,15 +244,28 @@ static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pa
     return splits > 0;
 }
 
+/* Takes triangles that run through one another apart; returns how many pairs are left. */
+static int uncross(const IsoSurface *iso, Mesh *m, double edge)
+{
+    Remesh r;
+    int32_t *home = audit_mesh_homes(iso, m);
+    remesh_begin(&r, m, iso->field, edge, &(Homes){iso_is_home, iso, home});
+    int left = remesh_uncross(&r);
+    if (m->deadtri) remesh_compact(&r, NULL);
+    remesh_end(&r);
+    mem_free(home);
+    return left;
+}
+
 /* Triangles that run through one another between surfaces too near for their size are split, as far as that helps. */
-static void split_crossed(const IsoSurface *iso, Mesh *m)
+static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
 {
     TriPair *pair = NULL;
     int cap = 0, n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
     for (int k = 0; k < SPLITS_MAX && n > 0; k++) {
         Mesh trial = copy_mesh(m);
         bool split = split_pairs(iso, &trial, n, pair);
-        int left = split ? intersect_find(&(TriSoup){trial.ntri, trial.pos, trial.corner}, NULL, &pair, &cap) : n;
+        int left = split ? uncross(iso, &trial, edge) : n;
         if (left < n) {
             Mesh was = *m;
             *m = trial;
@@ -260,7 +273,7 @@ static void split_crossed(const IsoSurface *iso, Mesh *m)
         }
         mesh_free(&trial);
         if (left >= n) break;
-        n = left;
+        n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
     }
     mem_free(pair);
 }
@@ -275,11 +288,12 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
+        if (again && opt->crossings) uncross(iso, m, opt->edge);
         stat->rounds += again;
         if (stat->npatch == patches && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
     }
-    if (opt->crossings) split_crossed(iso, m);
+    if (opt->crossings) split_crossed(iso, m, opt->edge);
 }
 
 void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)

@@ -260,6 +260,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     remesh_heal(&r, tr->frozen, &found);
     stat->inverted_found += found;
     remesh_rehome(&r, tr->frozen);
+    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);

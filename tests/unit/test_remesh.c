@@ -1,5 +1,6 @@
 /* Changing triangles without changing topology: coarsening, GI'07 2.5's conditions, healing, guarded moves. */
 #include "fields.h"
+#include "mesh/intersect.h"
 #include "mesh_shapes.h"
 #include "remesh/remesh.h"
 #include "topology/iso.h"
@@ -429,6 +430,62 @@ static void marked_triangles_are_split(void **state)
     skin_free(&s);
 }
 
+static int crossings(const Mesh *m)
+{
+    TriPair *pair = NULL;
+    int cap = 0, n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+    mem_free(pair);
+    return n;
+}
+
+/* Vertices pushed along the ball far over their neighbours: every fold is undone, where it is. */
+static void crossed_triangles_are_taken_apart(void **state)
+{
+    (void)state;
+    Skin s;
+    skin_make(&s, grid_of(40, fn_ball, BALL), 3, false);
+    Mesh *m = &s.mesh;
+    int planted = 0;
+    for (int v = 0; v < m->nvert; v += 29) {
+        Vec3 to = m->pos[he_to(m, m->out[he_to(m, m->out[v])])]; /* two edges away */
+        Vec3 p = v_mix(m->pos[v], to, 0.85);
+        if (field_project(&s.field, 1, &p, 2, NULL) == 0) m->pos[v] = p, planted++;
+    }
+    Vec3 *was = NEW(Vec3, m->nvert);
+    for (int v = 0; v < m->nvert; v++) was[v] = m->pos[v] = v_round32(m->pos[v]);
+    int nvert = m->nvert, before = crossings(m);
+    assert_true(planted > 5 && before > planted);
+    assert_int_equal(remesh_uncross(&s.r), 0);
+    assert_int_equal(crossings(m), 0);
+    assert_mesh(m);
+    int edited = 0;
+    for (int v = 0; v < nvert; v++) {
+        if (vert_is_dead(m, v)) continue;
+        assert_true(fabs(v_dist(m->pos[v], vec3(BALL[0], BALL[1], BALL[2])) - BALL[3]) < 0.05);
+        edited += v_dist(m->pos[v], was[v]) > 0;
+    }
+    assert_true(edited <= 3 * planted); /* all others stayed */
+    mem_free(was);
+    skin_free(&s);
+}
+
+static void meshes_without_crossings_are_left_alone(void **state)
+{
+    (void)state;
+    Skin s;
+    skin_make(&s, grid_of(40, fn_ball, BALL), 3, false);
+    Mesh *m = &s.mesh;
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    Mesh was;
+    mesh_init(&was);
+    mesh_append(&was, m->nvert, m->pos, m->id, m->ntri, m->corner);
+    assert_int_equal(remesh_uncross(&s.r), 0);
+    assert_memory_equal(m->pos, was.pos, (size_t)m->nvert * sizeof *m->pos);
+    assert_memory_equal(m->corner, was.corner, 3 * (size_t)m->ntri * sizeof *m->corner);
+    mesh_free(&was);
+    skin_free(&s);
+}
+
 static void flips_mend_valences(void **state)
 {
     (void)state;
@@ -486,6 +543,8 @@ int main(void)
         cmocka_unit_test(smoothing_evens_out),
         cmocka_unit_test(poor_triangles_are_improved_in_place),
         cmocka_unit_test(marked_triangles_are_split),
+        cmocka_unit_test(crossed_triangles_are_taken_apart),
+        cmocka_unit_test(meshes_without_crossings_are_left_alone),
         cmocka_unit_test(flips_mend_valences),
         cmocka_unit_test(strays_are_brought_home),
     };

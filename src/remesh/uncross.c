@@ -1,0 +1,292 @@
+/* uncross.c: triangles that run through one another taken apart by the smallest edit that helps: a flip, a move, a collapse.
+ * Each edit is judged before it is made, by the crossings of the triangles it takes away and of those it puts in their place. */
+#include "remesh/remesh_priv.h"
+
+#include "mesh/intersect.h"
+
+enum { ROUNDS_MAX = 4, PLACES = 16 };
+#define REACH 0.6    /* a landing is at most this far from its target, in edges wanted */
+#define MARGIN 0.5   /* an edit stays this near to the triangles it changes, in edges wanted */
+#define DEVIATION_MAX_VOX 0.35 /* of a triangle's centroid from the surface, unless it was farther before */
+
+typedef struct Box {
+    Vec3 lo, hi;
+} Box;
+
+typedef struct Corners {
+    int32_t v[3];
+    Vec3 p[3];
+    Box box;
+} Corners;
+
+typedef struct Uncross {
+    Remesh *r;
+    Box *box;              /* [mesh->ntri] of the live triangles */
+    uint8_t *taken;        /* [mesh->ntri] by the edit that is tried */
+    Box room;              /* where edits may happen, */
+    int32_t *near;         /* and the triangles that reach into it */
+    int nnear, capnear;
+    int32_t *old;          /* an edit: the triangles it takes away, */
+    int nold, capold;
+    Corners *fresh;        /* and those it puts in their place */
+    int nfresh, capfresh;
+} Uncross;
+
+/* --- boxes --------------------------------------------------------------------------------------------------------------- */
+
+static Vec3 lower(Vec3 a, Vec3 b) { return vec3(real_min(a.x, b.x), real_min(a.y, b.y), real_min(a.z, b.z)); }
+static Vec3 upper(Vec3 a, Vec3 b) { return vec3(real_max(a.x, b.x), real_max(a.y, b.y), real_max(a.z, b.z)); }
+static Box box_of(const Vec3 p[3]) { return (Box){lower(lower(p[0], p[1]), p[2]), upper(upper(p[0], p[1]), p[2])}; }
+static Box box_join(Box a, Box b) { return (Box){lower(a.lo, b.lo), upper(a.hi, b.hi)}; }
+
+static bool boxes_meet(const Box *a, const Box *b)
+{
+    return (a->lo.x <= b->hi.x) & (b->lo.x <= a->hi.x) & (a->lo.y <= b->hi.y) & (b->lo.y <= a->hi.y) & (a->lo.z <= b->hi.z) & (b->lo.z <= a->hi.z);
+}
+
+static bool box_holds(const Box *a, const Box *b)
+{
+    return (a->lo.x <= b->lo.x) & (b->hi.x <= a->hi.x) & (a->lo.y <= b->lo.y) & (b->hi.y <= a->hi.y) & (a->lo.z <= b->lo.z) & (b->hi.z <= a->hi.z);
+}
+
+static Corners corners_of(const Mesh *m, int t)
+{
+    const int32_t *c = m->corner + 3 * t;
+    Corners k = {.v = {c[0], c[1], c[2]}, .p = {m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]}};
+    k.box = box_of(k.p);
+    return k;
+}
+
+static void note_box(Uncross *u, int t)
+{
+    if (!tri_is_dead(u->r->mesh, t)) u->box[t] = corners_of(u->r->mesh, t).box;
+}
+
+/* --- an edit tried ------------------------------------------------------------------------------------------------------- */
+
+static void begin_edit(Uncross *u)
+{
+    for (int i = 0; i < u->nold; i++) u->taken[u->old[i]] = 0;
+    u->nold = u->nfresh = 0;
+}
+
+static void take(Uncross *u, int t)
+{
+    if (u->taken[t]) return;
+    RESERVE(u->old, u->capold, u->nold + 1);
+    u->old[u->nold++] = t;
+    u->taken[t] = 1;
+}
+
+static void put(Uncross *u, Corners c)
+{
+    RESERVE(u->fresh, u->capfresh, u->nfresh + 1);
+    c.box = box_of(c.p);
+    u->fresh[u->nfresh++] = c;
+}
+
+static void put_triangle(Uncross *u, int a, int b, int c)
+{
+    const Vec3 *p = u->r->mesh->pos;
+    put(u, (Corners){.v = {a, b, c}, .p = {p[a], p[b], p[c]}});
+}
+
+/* The triangles around v, with v at p under the name `as`; those that hold `without` vanish. */
+static void put_ring(Uncross *u, int v, int as, Vec3 p, int without)
+{
+    const Mesh *m = u->r->mesh;
+    int h = m->out[v];
+    do {
+        take(u, h / 3);
+        int a = he_to(m, h), b = m->corner[he_prev(h)];
+        if (a != without && b != without) put(u, (Corners){.v = {as, a, b}, .p = {p, m->pos[a], m->pos[b]}});
+    } while ((h = he_around(m, h)) != m->out[v]);
+}
+
+/* How often these triangles run through one another and through those around that the edit leaves. */
+static int count_crossings(const Uncross *u, const Corners *c, int n)
+{
+    const Mesh *m = u->r->mesh;
+    int count = 0;
+    for (int i = 0; i < n; i++) {
+        for (int k = 0; k < u->nnear; k++) {
+            int t = u->near[k];
+            if (u->taken[t] || !boxes_meet(&u->box[t], &c[i].box)) continue;
+            Corners o = corners_of(m, t);
+            count += triangles_intersect(c[i].v, c[i].p, o.v, o.p);
+        }
+        for (int k = 0; k < i; k++) count += boxes_meet(&c[k].box, &c[i].box) && triangles_intersect(c[i].v, c[i].p, c[k].v, c[k].p);
+    }
+    return count;
+}
+
+typedef struct Harm {
+    int inverted;
+    double deviation;
+} Harm;
+
+static Harm harm_of(const Uncross *u, const Corners *c, int n)
+{
+    Harm h = {0, DEVIATION_MAX_VOX};
+    for (int i = 0; i < n; i++) {
+        h.inverted += field_triangle_inverted(u->r->field, c[i].p[0], c[i].p[1], c[i].p[2]);
+        h.deviation = real_max(h.deviation, triangle_deviation(u->r->field, c[i].p));
+    }
+    return h;
+}
+
+/* Fewer crossings, no more triangles turned over, none farther from the surface. */
+static bool edit_helps(Uncross *u)
+{
+    for (int i = 0; i < u->nfresh; i++)
+        if (!box_holds(&u->room, &u->fresh[i].box) || triangle_is_collinear(u->fresh[i].p)) return false;
+    Corners *was = NEW(Corners, u->nold);
+    for (int i = 0; i < u->nold; i++) was[i] = corners_of(u->r->mesh, u->old[i]);
+    bool helps = count_crossings(u, u->fresh, u->nfresh) < count_crossings(u, was, u->nold);
+    if (helps) {
+        Harm before = harm_of(u, was, u->nold), after = harm_of(u, u->fresh, u->nfresh);
+        helps = after.inverted <= before.inverted && after.deviation <= before.deviation;
+    }
+    mem_free(was);
+    return helps;
+}
+
+/* --- the edits ----------------------------------------------------------------------------------------------------------- */
+
+static bool try_flip(Uncross *u, int h)
+{
+    Mesh *m = u->r->mesh;
+    int g = m->opp[h], a = he_from(m, h), b = he_to(m, h), c = m->corner[he_prev(h)], d = m->corner[he_prev(g)];
+    if (!mesh_can_flip(m, h)) return false;
+    begin_edit(u);
+    take(u, h / 3);
+    take(u, g / 3);
+    put_triangle(u, d, c, a);
+    put_triangle(u, c, d, b);
+    if (!edit_helps(u)) return false;
+    mesh_flip_edge(m, h);
+    return true;
+}
+
+static bool try_place(Uncross *u, int v, Vec3 p)
+{
+    Remesh *r = u->r;
+    if (!remesh_in_zone(r, v) || !remesh_land_point(r, v, &p, REACH * r->edge)) return false;
+    p = v_round32(p);
+    Vec3 n = remesh_normal_at(r, p);
+    if (v_dot(n, r->normal[v]) <= 0) return false;
+    begin_edit(u);
+    put_ring(u, v, v, p, NONE);
+    if (!edit_helps(u)) return false;
+    r->mesh->pos[v] = p;
+    r->normal[v] = n;
+    return true;
+}
+
+/* To the neighbours' mean, part of the way, or in the tangent plane around it. */
+static bool try_move(Uncross *u, int v)
+{
+    static const double COS[8] = {1, 0.7071067811865476, 0, -0.7071067811865476, -1, -0.7071067811865476, 0, 0.7071067811865476};
+    const Remesh *r = u->r;
+    Vec3 was = r->mesh->pos[v], mean = mesh_ring_mean(r->mesh, v), n = r->normal[v];
+    for (int i = 0; i < 3; i++)
+        if (try_place(u, v, v_mix(was, mean, 1 - 0.3 * i))) return true;
+    Vec3 x = v_unit(v_cross(n, fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0))), y = v_cross(n, x);
+    for (int i = 0; i < PLACES; i++) {
+        double radius = 0.15 * (1 + i / 8) * r->edge;
+        if (try_place(u, v, v_axpy(v_axpy(mean, radius * COS[i & 7], x), radius * COS[(i + 6) & 7], y))) return true;
+    }
+    return false;
+}
+
+static bool try_collapse(Uncross *u, int h)
+{
+    Remesh *r = u->r;
+    Mesh *m = r->mesh;
+    if (m->id[he_from(m, h)] > m->id[he_to(m, h)]) h = m->opp[h]; /* the older identity stays */
+    int a = he_from(m, h), b = he_to(m, h);
+    if (!remesh_can_collapse(m, h) || (r->zone && (r->zone[a] < ZONE_FRESH || r->zone[b] < ZONE_FRESH))) return false;
+    Vec3 place[3] = {m->pos[a], m->pos[b], v_mid(m->pos[a], m->pos[b])};
+    remesh_land_point(r, a, &place[2], 0.5 * r->edge);
+    place[2] = v_round32(place[2]);
+    for (int k = 0; k < 3; k++) {
+        begin_edit(u);
+        put_ring(u, a, a, place[k], b);
+        put_ring(u, b, a, place[k], a);
+        if (!edit_helps(u)) continue;
+        mesh_collapse_edge(m, h, place[k]);
+        r->normal[a] = remesh_normal_at(r, place[k]);
+        return true;
+    }
+    return false;
+}
+
+static void find_near(Uncross *u, const TriPair *pair)
+{
+    const Mesh *m = u->r->mesh;
+    u->room = box_join(u->box[pair->a], u->box[pair->b]);
+    for (int i = 0; i < 6; i++) {
+        int v = m->corner[3 * (i < 3 ? pair->a : pair->b) + i % 3], h = m->out[v];
+        do u->room = box_join(u->room, u->box[h / 3]);
+        while ((h = he_around(m, h)) != m->out[v]);
+    }
+    double d = MARGIN * u->r->edge;
+    u->room.lo = v_sub(u->room.lo, vec3(d, d, d));
+    u->room.hi = v_add(u->room.hi, vec3(d, d, d));
+    u->nnear = 0;
+    for (int t = 0; t < m->ntri; t++) {
+        if (tri_is_dead(m, t) || !boxes_meet(&u->box[t], &u->room)) continue;
+        RESERVE(u->near, u->capnear, u->nnear + 1);
+        u->near[u->nnear++] = t;
+    }
+}
+
+static bool uncross_pair(Uncross *u, const TriPair *pair)
+{
+    const Mesh *m = u->r->mesh;
+    int half[6];
+    for (int i = 0; i < 6; i++) half[i] = 3 * (i < 3 ? pair->a : pair->b) + i % 3;
+    find_near(u, pair);
+    for (int i = 0; i < 6; i++)
+        if (try_flip(u, half[i])) return true;
+    for (int i = 0; i < 6; i++)
+        if (try_move(u, m->corner[half[i]])) return true;
+    for (int i = 0; i < 6; i++)
+        if (try_collapse(u, half[i])) return true;
+    return false;
+}
+
+static bool still_crosses(const Mesh *m, const TriPair *pair)
+{
+    if (tri_is_dead(m, pair->a) || tri_is_dead(m, pair->b)) return false;
+    Corners a = corners_of(m, pair->a), b = corners_of(m, pair->b);
+    return triangles_intersect(a.v, a.p, b.v, b.p);
+}
+
+int remesh_uncross(Remesh *r)
+{
+    Mesh *m = r->mesh;
+    TriPair *pair = NULL;
+    int cap = 0, left = 0;
+    bool helped = true;
+    Uncross u = {.r = r, .box = NEW(Box, m->ntri), .taken = NEW0(uint8_t, m->ntri)};
+    for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
+    for (int t = 0; t < m->ntri; t++) note_box(&u, t);
+    for (int round = 0; helped && round < ROUNDS_MAX; round++) {
+        helped = false;
+        left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+        for (int i = 0; i < left; i++) {
+            if (!still_crosses(m, &pair[i]) || !uncross_pair(&u, &pair[i])) continue;
+            helped = true;
+            for (int k = 0; k < u.nold; k++) note_box(&u, u.old[k]);
+        }
+    }
+    if (helped) left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+    mem_free(pair);
+    mem_free(u.box);
+    mem_free(u.taken);
+    mem_free(u.near);
+    mem_free(u.old);
+    mem_free(u.fresh);
+    return left;
+}
