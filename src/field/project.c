@@ -37,15 +37,25 @@ static Vec3 blend_gradient(const Blend *f, Vec3 p)
     return field_steer(in_a ? f->a : f->b, p);
 }
 
-/* The zero between p (value Fp) and q (value Fq, of the other sign or 0): false position, halved every third time. */
+/* The zero between p (value Fp) and q (value Fq, of the other sign or 0), by the Illinois rule: false position, where an end that
+ * stays for a second time counts half, so that both ends come near. */
 static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq, double width)
 {
+    double wp = Fp, wq = Fq;
+    int stayed = 0; /* 1: p; -1: q */
     for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0 && v_len2(v_sub(q, p)) > width * width; k++) {
-        Vec3 m = v_mix(p, q, k % 3 == 2 ? 0.5 : Fp / (Fp - Fq));
+        Vec3 m = v_mix(p, q, wp / (wp - wq));
         bool known;
         double Fm = blend_value(f, m, &known);
-        if ((Fm > 0) == (Fp > 0)) p = m, Fp = Fm;
-        else q = m, Fq = Fm;
+        if ((Fm > 0) == (Fp > 0)) {
+            p = m, wp = Fp = Fm;
+            if (stayed == -1) wq *= 0.5;
+            stayed = -1;
+        } else {
+            q = m, wq = Fq = Fm;
+            if (stayed == 1) wp *= 0.5;
+            stayed = 1;
+        }
     }
     return fabs(Fp) < fabs(Fq) ? p : q;
 }

@@ -115,6 +115,15 @@ static void want_around(const IsoSurface *iso, int cell, int margin, uint8_t *wa
             }
 }
 
+/* Are the triangle's corners on components of which the sheet has all cells? */
+static bool lies_within(const Graft *g, int t, const uint8_t *all)
+{
+    const int32_t *c = g->mesh->corner + 3 * t;
+    for (int k = 0; k < 3; k++)
+        if (g->plan->comp[c[k]] == NONE || !all[g->plan->comp[c[k]]]) return false;
+    return true;
+}
+
 static void build_sheet(Graft *g)
 {
     const IsoSurface *iso = g->iso;
@@ -123,7 +132,7 @@ static void build_sheet(Graft *g)
     for (int k = 0; k < iso->ncomp; k++) all[k] = g->whole[k] || g->checked[k];
     memcpy(hit, g->plan->cell, (size_t)iso->ncell);
     for (int t = 0; t < m->ntri; t++)
-        if (g->label[t] != LABEL_FAR) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
+        if (g->label[t] == LABEL_HOLE && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
     for (int c = 0; c < iso->ncell; c++)
         if (hit[c]) want_around(iso, c, MARGIN_CELLS, want);
     sheet_build(&g->sheet, iso, all, want);

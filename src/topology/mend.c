@@ -32,6 +32,7 @@ typedef struct Verdict {
     uint8_t *wrong;     /* [iso->ncomp] does not match */
     int32_t *faulty;    /* [iso->ncomp] corners of faulty triangles, and uncovered cells */
     bool any;           /* something is to be done */
+    bool crumbs;        /* all that is left to do are components below SMALL_LOOPS */
     bool thorough;      /* what is left is little: see GraftPlan */
 } Verdict;
 
@@ -91,9 +92,12 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
     forgive(iso, m, (round < ROUND_STRICT ? 0 : FAULT_FAR) | (many ? FAULT_INVERTED | FAULT_CROSSED : 0), v);
     if (round >= ROUND_EXACT) forgive_all(m, comp, partner, round == ROUND_EXACT && f->crossed < FEW ? FAULT_CROSSED : 0, v);
-    v->any = a.wrong_mesh + a.wrong_iso > 0;
+    v->any = false;
     for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
     for (int c = 0; c < iso->ncell; c++) v->any = v->any || f->cell[c];
+    v->crumbs = !v->any;
+    for (int k = 0; k < iso->ncomp; k++) v->crumbs = v->crumbs && (!v->wrong[k] || iso->comp_loops[k] < SMALL_LOOPS);
+    v->any = v->any || a.wrong_mesh + a.wrong_iso > 0;
     count_faulty(iso, m, v);
     if (round == 0) renew_specks(iso, m, opt->frozen, v);
     for (int k = 0; k < iso->ncomp; k++) {
@@ -285,12 +289,13 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         Verdict v;
         judge(iso, opt, m, round, &v);
         again = v.any;
+        if (v.crumbs && round >= ROUND_WHOLE) round = ROUNDS - 1;
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
         if (again && opt->crossings) uncross(iso, m, opt->edge);
         stat->rounds += again;
-        if (stat->npatch == patches && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
+        if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
     }
     if (opt->crossings) split_crossed(iso, m, opt->edge);
