@@ -1,6 +1,7 @@
 #include "topology/sheet.h"
 
 #include "base/hash.h"
+#include "mesh/nearest.h"
 
 #include <string.h>
 
@@ -176,27 +177,6 @@ static int split_edge(Sheet *s, int h, Vec3 p)
 
 /* --- pinning ---------------------------------------------------------------------------------------------------------- */
 
-/* The point of a triangle nearest to p, as weights of its corners. */
-static void nearest_weights(Vec3 p, const Vec3 q[3], double w[3])
-{
-    Vec3 n = v_area2(q[0], q[1], q[2]);
-    double area2 = v_len2(n), best = 1e300;
-    if (area2 > 0) {
-        for (int k = 0; k < 3; k++) w[k] = v_dot(n, v_area2(p, q[(k + 1) % 3], q[(k + 2) % 3])) / area2;
-        if (w[0] >= 0 && w[1] >= 0 && w[2] >= 0) return;
-    }
-    double out[3] = {1, 0, 0};
-    for (int k = 0; k < 3; k++) {
-        int i = k, j = (k + 1) % 3;
-        Vec3 d = v_sub(q[j], q[i]);
-        double l2 = v_len2(d), t = l2 > 0 ? real_clamp(v_dot(v_sub(p, q[i]), d) / l2, 0, 1) : 0, far = v_len2(v_sub(p, v_axpy(q[i], t, d)));
-        if (!(far < best)) continue;
-        best = far;
-        out[i] = 1 - t, out[j] = t, out[(k + 2) % 3] = 0;
-    }
-    memcpy(w, out, sizeof out);
-}
-
 static void corners_of(const Sheet *s, int t, Vec3 q[3])
 {
     for (int k = 0; k < 3; k++) q[k] = s->pos[s->corner[3 * t + k]];
@@ -216,7 +196,7 @@ static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, boo
         corners_of(s, t, q);
         Vec3 a = v_area2(q[0], q[1], q[2]);
         if (v_dot(a, n) < SIDE_COS * v_len(a)) continue;
-        nearest_weights(p, q, w);
+        triangle_nearest(p, q, w);
         double far = v_len2(v_sub(p, v_axpy(v_axpy(v_scale(q[0], w[0]), w[1], q[1]), w[2], q[2])));
         if (!(far < best->dist2)) continue;
         *best = (Foot){t, far, {w[0], w[1], w[2]}};

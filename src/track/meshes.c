@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-enum { GRAIN = 1024 };
+enum { REST_COLUMNS = 4, GRAIN = 1024 };
 
 /* One of the twins, whichever. */
 typedef struct Twin {
@@ -84,6 +84,21 @@ static void copy_twin(const Track *tr, const Twin *w, const int32_t *tri_to, con
     }
 }
 
+/* As attributes rest_x, rest_y, rest_z and rest_frame. */
+static void add_rest(const RestPlace *at, int nvert, const int32_t *vert_to, TriMesh *out)
+{
+    static const char *const name[REST_COLUMNS] = {"rest_x", "rest_y", "rest_z", "rest_frame"};
+    out->nattr = REST_COLUMNS;
+    out->attr = NEW(float *, REST_COLUMNS);
+    out->attr_name = NEW(char *, REST_COLUMNS);
+    for (int k = 0; k < REST_COLUMNS; k++) {
+        out->attr[k] = NEW(float, out->nvert);
+        out->attr_name[k] = mem_text(name[k]);
+        for (int v = 0; v < nvert; v++)
+            if (vert_to[v] != NONE) out->attr[k][vert_to[v]] = k < 3 ? (float)v_get(at[v].pos, k) : (float)at[v].frame;
+    }
+}
+
 void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric)
 {
     const Mesh *m = &tr->mesh;
@@ -94,9 +109,14 @@ void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMes
     int count[2];
     choose_kept(tr, &mech, open_border, NULL, parent_to, vert_to, count);
     if (mechanical) copy_twin(tr, &mech, parent_to, vert_to, count, NULL, mechanical);
+    if (mechanical && tr->set.rest) add_rest(tr->rest.at, m->nvert, vert_to, mechanical);
     if (geometric) {
         choose_kept(tr, &fine, open_border, parent_to, tri_to, vert_to, count);
         copy_twin(tr, &fine, tri_to, vert_to, count, parent_to, geometric);
+        RestPlace *at = NEW(RestPlace, tr->set.rest ? f->nvert : 0);
+        if (tr->set.rest) rest_refined(tr, at);
+        if (tr->set.rest) add_rest(at, f->nvert, vert_to, geometric);
+        mem_free(at);
     }
     mem_free(parent_to);
     mem_free(tri_to);

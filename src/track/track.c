@@ -46,6 +46,7 @@ void track_close(Track *tr)
     mem_free(tr->changes.change);
     bodies_free(&tr->bodies);
     events_free(&tr->events);
+    rest_free(&tr->rest);
     mem_free(tr);
 }
 
@@ -155,6 +156,7 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
         if (v_len2(v_sub(m->pos[v], was[v])) < limit * limit) m->pos[v] = was[v];
     freeze(tr, was, stat);
     mem_free(was);
+    if (tr->set.rest) rest_carry(tr);
     if (tr->set.topology == TOPOLOGY_PAPERS) { /* while what has lost its surface still lies where it lost it */
         int first = m->nvert;
         track_papers_deaths(tr);
@@ -365,6 +367,7 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     tr->field = field;
     tr->velocity = velocity;
     tr->span_s = frames / tr->set.fps;
+    if (tr->begun) tr->rest.now += (int64_t)frames;
     if (field->nbrick == 0) mesh_clear(&tr->mesh);
     adapt_rest(tr);
     tr->mended = (MendStat){.patch = tr->mended.patch, .cappatch = tr->mended.cappatch};
@@ -386,6 +389,7 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, &iso, stat); /* a mesh just made has had no events */
     else refine(tr, &iso, stat);
     untangle(tr, stat);
+    if (tr->set.rest) rest_settle(tr);
     t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &iso);
     track_find_events(tr, &iso, stat);

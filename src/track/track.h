@@ -27,6 +27,7 @@ typedef struct TrackSettings {
     double deviation_vox;      /* an edge midpoint farther from the surface than this is refined; 0: off */
     TopologyKind topology;
     double fps;                /* frames a second, for velocities */
+    bool rest;                 /* vertices carry the place where they were at rest */
 } TrackSettings;
 
 TrackSettings track_defaults(void);

@@ -28,6 +28,23 @@ typedef struct BodyLink {
     int shared;             /* identities; 0: linked by place */
 } BodyLink;
 
+/* Where a point of the surface was at rest, and in which frame that was so (as counted by track_frame's `frames`). */
+typedef struct RestPlace {
+    Vec3 pos;
+    int64_t frame;
+} RestPlace;
+
+typedef struct Rest {
+    int64_t now;            /* this frame */
+    int nvert, capat;
+    RestPlace *at;          /* [nvert] of the mechanical mesh's vertices, between frames */
+    int ncarried, ntri, capcarried, capid, capwas, capcorner;
+    Vec3 *carried;          /* [ncarried] the mesh carried to this frame, before it was edited */
+    int32_t *id;            /* [ncarried] */
+    RestPlace *was;         /* [ncarried] */
+    int32_t *corner;        /* [3*ntri] */
+} Rest;
+
 struct Track {
     TrackSettings set;
     double edge;            /* world units; 0 until the first frame with a surface */
@@ -47,6 +64,7 @@ struct Track {
     const Field *field, *last_field;       /* borrowed */
     const Grid *velocity, *last_velocity;  /* borrowed; may be NULL */
     double span_s;          /* seconds between the two */
+    Rest rest;
     ChangeList changes;     /* by the papers' rules in this frame */
 };
 
@@ -62,6 +80,16 @@ int track_predict(const Track *tr, int n, Vec3 *p, uint8_t *status, int *substep
 
 /* One quasi-static step of the mechanical mesh, guarded and landed (GI'07 2.2 to 2.6). */
 void track_relax(Track *tr, Remesh *r, FrameStat *stat);
+
+/* --- rest.c: where the settings want it ------------------------------------------------------------------------------- */
+
+/* When the mesh was carried to this frame and not edited yet. */
+void rest_carry(Track *tr);
+/* When it will change no more. */
+void rest_settle(Track *tr);
+/* Of the geometric mesh's vertices. */
+void rest_refined(const Track *tr, RestPlace *out);
+void rest_free(Rest *r);
 
 /* --- papers.c: leave dead vertices and triangles behind ----------------------------------------------------------------- */
 
