@@ -7,7 +7,7 @@
 enum { ROUNDS_MAX = 4, PLACES = 16 };
 #define REACH 0.6    /* a landing is at most this far from its target, in edges wanted */
 #define MARGIN 0.5   /* an edit stays this near to the triangles it changes, in edges wanted */
-#define DEVIATION_MAX_VOX 0.35 /* of a triangle's centroid from the surface, unless it was farther before */
+#define DEVIATION_MAX_VOX 0.2 /* of a triangle's centroid from the surface, unless it was farther before */
 
 typedef struct Box {
     Vec3 lo, hi;
