@@ -2,7 +2,7 @@
 #include "remesh/remesh_priv.h"
 
 enum { PASSES = 3, TRIES = 3 };
-#define POOR 0.8      /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
+#define POOR 0.87     /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
 #define GAIN 0.005
 #define REACH 0.3     /* a landing is at most this far from its target, in edges wanted */
 
