@@ -19,6 +19,13 @@ typedef struct FieldSpec {
     bool inside_below; /* level sets: inside is below the isovalue; densities: above */
 } FieldSpec;
 
+/* The function that the samples were taken from, where it is known: F and its gradient (NULL: not wanted) at n world
+ * points. Lent by the field's maker, who keeps what it points to for as long as the field. */
+typedef struct FieldExact {
+    void (*sample)(const void *ctx, int n, const Vec3 *p, double *F, Vec3 *grad);
+    const void *ctx;
+} FieldExact;
+
 typedef struct Field {
     Affine xform;
     double voxel;         /* cube root of a voxel's volume, world units */
@@ -33,6 +40,7 @@ typedef struct Field {
     Map brick_at;         /* by origin >> 3 */
     int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
     int room_lo[3], room_n[3]; /* the box, in bricks */
+    FieldExact exact;          /* sample NULL: only the samples are known */
 } Field;
 
 /* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */
