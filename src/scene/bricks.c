@@ -150,6 +150,18 @@ static void add_blocks(const Search *s, Grid *g)
     grid_add_block(g, g->hi[0], g->hi[1], g->hi[2]);
 }
 
+/* What reaches beyond the domain is a block, so that what is active is the domain. */
+static void add_inside(Grid *g, int x, int y, int z, float value)
+{
+    if (grid_block(g, x, y, z)) return;
+    if (x + 7 <= g->hi[0] && y + 7 <= g->hi[1] && z + 7 <= g->hi[2]) {
+        grid_add_tile(g, (GridTile){{x, y, z}, 3, {value, 0, 0}});
+        return;
+    }
+    float *to = grid_add_block(g, x, y, z);
+    for (int c = 0; c < GRID_CELLS; c++) to[c] = x + (c & 7) <= g->hi[0] && y + (c >> 3 & 7) <= g->hi[1] && z + (c >> 6) <= g->hi[2] ? value : g->background[0];
+}
+
 /* Blocks that are all inside take the least sample of the frame, so that the field never falls on the way in. */
 static void add_tiles(const Search *s, Grid *g)
 {
@@ -160,7 +172,7 @@ static void add_tiles(const Search *s, Grid *g)
         for (int z = box[2]; z < int_min(box[2] + box[3], s->nblock[2]); z++)
             for (int y = box[1]; y < int_min(box[1] + box[3], s->nblock[1]); y++)
                 for (int x = box[0]; x < int_min(box[0] + box[3], s->nblock[0]); x++)
-                    if (!grid_block(g, 8 * x, 8 * y, 8 * z)) grid_add_tile(g, (GridTile){{8 * x, 8 * y, 8 * z}, 3, {least, 0, 0}});
+                    add_inside(g, 8 * x, 8 * y, 8 * z, least);
     }
 }
 
