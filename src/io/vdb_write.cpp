@@ -32,13 +32,14 @@ public:
 openvdb::math::Transform::Ptr transformOf(const Affine &a)
 {
     using namespace openvdb::math;
-    const Vec3d t(a.t.x, a.t.y, a.t.z), h(a.m[0][0], a.m[1][1], a.m[2][2]);
-    bool straight = h[0] > 0 && h[1] > 0 && h[2] > 0;
-    for (int k = 0; k < 9; k++) straight = straight && (k % 4 == 0 || a.m[k / 3][k % 3] == 0);
-    // a general map is taken apart and put together again, which costs the last digits
-    if (straight) {
-        const bool cube = h[0] == h[1] && h[0] == h[2];
-        return Transform::Ptr(new Transform(cube ? MapBase::Ptr(new UniformScaleTranslateMap(h[0], t)) : MapBase::Ptr(new ScaleTranslateMap(h, t))));
+    const double h = a.m[0][0];
+    bool cube = h > 0;
+    for (int k = 0; k < 9; k++) cube = cube && a.m[k / 3][k % 3] == (k % 4 == 0 ? h : 0);
+    // any other map is taken apart and put together again, which costs the last digits
+    if (cube) {
+        const Transform::Ptr t = Transform::createLinearTransform(h);
+        t->postTranslate(Vec3d(a.t.x, a.t.y, a.t.z));
+        return t;
     }
     // row vectors: the transpose of ours
     openvdb::Mat4R m = openvdb::Mat4R::identity();
