@@ -82,6 +82,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .on_error = (OnError)option_choice(o, OPT_ON_ERROR),
         .iso = option_given(o, OPT_ISO) ? option_real(o, OPT_ISO) : NAN,
         .inside = option_given(o, OPT_INSIDE) ? side[option_choice(o, OPT_INSIDE)] : 0,
+        .trilinear = option_choice(o, OPT_PROJECTION) == 1,
         .open_border = option_choice(o, OPT_BORDER) == 1,
         .velocity_units = option_given(o, OPT_VELOCITY_UNITS)
                               ? (VelocityUnits)option_choice(o, OPT_VELOCITY_UNITS)

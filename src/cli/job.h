@@ -20,6 +20,7 @@ typedef struct MeshJob {
     const char *frames;         /* A-B[xS]; NULL: all */
     bool has_scene;             /* the frames are a scene's */
     Scene scene;
+    bool trilinear;             /* its vertices land on the samples' surface */
     OnError on_error;
     VolumeRequest request;
     double iso;                 /* NaN: by the grid */

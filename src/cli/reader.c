@@ -61,6 +61,7 @@ static bool read_frame(Reader *r, ReadFrame *f)
     choose_surface(r, &v, f);
     Err err;
     bool good = field_build(&f->field, &v.surface, &r->spec, &err);
+    if (good && f->scene && !r->job->trilinear) f->field.exact = scene_exact(f->scene);
     if (!good) fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
     if (good && v.has_velocity) {
         f->units = velocity_units_of(&v.velocity, r->job->request.velocity, r->job->velocity_units);
