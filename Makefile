@@ -143,14 +143,15 @@ golden: all
 
 # --- the rest -------------------------------------------------------------------------------------
 
-MAN = $(DESTDIR)$(PREFIX)/share/man/man1
+MAN = $(DESTDIR)$(PREFIX)/share/man
 install: all
-	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)
+	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)/man1 $(MAN)/man5
 	install -m 755 $(B)/twinmesh $(DESTDIR)$(PREFIX)/bin/twinmesh
-	install -m 644 man/*.1 $(MAN)
+	install -m 644 man/*.1 $(MAN)/man1
+	install -m 644 man/*.5 $(MAN)/man5
 
 uninstall:
-	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/%,$(wildcard man/*.1))
+	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/man1/%,$(wildcard man/*.1)) $(patsubst man/%,$(MAN)/man5/%,$(wildcard man/*.5))
 
 clean:
 	rm -rf build
