@@ -44,7 +44,7 @@ LIB = $(B)/libtwinmesh.a
 TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/volume_to_mesh.d
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -82,6 +82,9 @@ $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 $(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
 	@mkdir -p $(@D)
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
+
+$(B)/tests/ridges: $(B)/tests/bench/ridges.c.o $(LIB)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
 define write_if_changed
@@ -127,6 +130,12 @@ bench:
 	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
 	@tests/bench/bench.sh $(B)
 
+# The papers' tables and sharp figures, by the scenes in data-samples/scenes: two minutes.
+papers:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory all $(B)/tests/ridges
+	@tests/papers.sh $(B)
+
 # A thousand drawn sequences, every frame checked: ten minutes. SOAK_ARGS: see tests/soak/soak.c.
 soak:
 	@.ci/deps $(BUILD_PACKAGES)
@@ -156,7 +165,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench soak layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench papers soak layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)
