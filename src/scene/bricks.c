@@ -125,13 +125,15 @@ static void fill_blocks(void *ctx, int begin, int end)
     for (int b = begin; b < end; b++) {
         const int *o = job->grid->origin[b];
         float *value = job->grid->value + (size_t)b * GRID_CELLS;
-        for (int row = 0; row < 64; row++) {
-            Vec3 p[8];
-            double F[8];
-            for (int x = 0; x < 8; x++) p[x] = affine_to_world(&job->grid->xform, vec3(o[0] + x, o[1] + (row & 7), o[2] + (row >> 3)));
-            scene_sample(job->f, 8, p, F, NULL);
-            bool in = o[1] + (row & 7) < s->n[1] && o[2] + (row >> 3) < s->n[2];
-            for (int x = 0; x < 8; x++) value[8 * row + x] = in && o[0] + x < s->n[0] ? (float)-F[x] : job->grid->background[0];
+        for (int first = 0; first < GRID_CELLS; first += LANES) {
+            Vec3 p[LANES];
+            double F[LANES];
+            for (int i = 0; i < LANES; i++) p[i] = affine_to_world(&job->grid->xform, vec3(o[0] + (i & 7), o[1] + ((first + i) >> 3 & 7), o[2] + (first >> 6)));
+            scene_sample(job->f, LANES, p, F, NULL);
+            for (int i = 0; i < LANES; i++) {
+                bool in = o[0] + (i & 7) < s->n[0] && o[1] + ((first + i) >> 3 & 7) < s->n[1] && o[2] + (first >> 6) < s->n[2];
+                value[first + i] = in ? (float)-F[i] : job->grid->background[0];
+            }
         }
     }
 }

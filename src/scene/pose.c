@@ -82,6 +82,12 @@ void scene_frame_free(SceneFrame *f)
 
 /* --- F and its gradient ----------------------------------------------------------------------------------- */
 
+/* Clears n lanes only: most callers ask for one point. */
+static void lanes_clear(Lanes *l, int n)
+{
+    for (int i = 0; i < n; i++) l->x[i] = l->y[i] = l->z[i] = 0;
+}
+
 static Vec3 lane_at(const Lanes *l, int i) { return vec3(l->x[i], l->y[i], l->z[i]); }
 static void lane_set(Lanes *l, int i, Vec3 p) { l->x[i] = p.x, l->y[i] = p.y, l->z[i] = p.z; }
 
@@ -89,9 +95,11 @@ static void lane_set(Lanes *l, int i, Vec3 p) { l->x[i] = p.x, l->y[i] = p.y, l-
 static void add_element(const Pose *ps, int n, const Vec3 *p, double *phi, Lanes *grad)
 {
     const Element *e = ps->e;
-    Lanes way[WARPS_MAX + 1], g = {{0}, {0}, {0}};
-    double sum[LANES] = {0};
+    Lanes way[WARPS_MAX + 1], g;
+    double sum[LANES];
+    lanes_clear(&g, n);
     for (int i = 0; i < n; i++) {
+        sum[i] = 0;
         Vec3 q = affine_to_index(&ps->place, p[i]);
         lane_set(&way[e->nwarp], i, q);
         for (int k = e->nwarp - 1; k >= 0; k--) {
@@ -113,8 +121,10 @@ void scene_sample(const SceneFrame *f, int n, const Vec3 *p, double *F, Vec3 *gr
 {
     for (int begin = 0; begin < n; begin += LANES) {
         int m = int_min(LANES, n - begin);
-        double phi[LANES] = {0};
-        Lanes g = {{0}, {0}, {0}};
+        double phi[LANES];
+        Lanes g;
+        lanes_clear(&g, m);
+        for (int i = 0; i < m; i++) phi[i] = 0;
         for (int i = 0; i < f->scene->nelement; i++) add_element(&f->pose[i], m, p + begin, phi, grad ? &g : NULL);
         for (int i = 0; i < m; i++) {
             F[begin + i] = phi[i] - f->scene->iso;
