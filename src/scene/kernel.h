@@ -15,8 +15,9 @@ static inline double kernel_value(KernelKind kind, double w, double *slope)
         return scale * s * s * s;
     }
     if (w >= CORE_W) {
-        *slope = -1 / (w * w);
-        return 1 / w;
+        const double k = 1 / w;
+        *slope = -k * k;
+        return k;
     }
     *slope = -1 / (CORE_W * CORE_W);
     return (2 - w / CORE_W) / CORE_W;

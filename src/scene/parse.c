@@ -52,7 +52,7 @@ static bool parse_optional(const Doc *d, Scene *s)
     } field[] = {
         {"fps", 0.001, 100000, 24, &s->fps},
         {"iso", 1e-6, 1e6, 1, &s->iso},
-        {"tolerance", 1e-9, 0.1, 1e-4, &s->tolerance},
+        {"tolerance", 1e-9, 0.1, 1e-2, &s->tolerance},
     };
     for (size_t i = 0; i < sizeof field / sizeof *field; i++) {
         const json_t *v = json_object_get(d->root, field[i].key);

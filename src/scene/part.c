@@ -81,7 +81,7 @@ static void add_points(const Pose *ps, int n, const Lanes *p, double *phi, Lanes
 static double add_one(const Pose *ps, Vec3 p, Vec3 *grad)
 {
     *grad = vec3(0, 0, 0);
-    if (ps->tree.nnode) return tree_sum(&ps->tree, p, ps->radius, ps->error, grad);
+    if (ps->tree.nnode) return tree_sum(&ps->tree, p, grad);
     bool indexed = ps->index.cell > 0;
     int n = ps->e->npart;
     const int32_t *part = indexed ? index_at(&ps->index, p, &n) : NULL;

@@ -55,8 +55,7 @@ static void pose_element(Pose *p, const Scene *s, const Element *e, double frame
         if (e->warp[k].kind != WARP_TAPER) p->amount[k] *= PI / 180;
     }
     if (e->kernel == KERNEL_COMPACT) index_build(&p->index, e, SUPPORT * p->radius);
-    else if (e->shape == SHAPE_POINTS && e->norm == 2 && e->npart > TREE_LEAST) tree_build(&p->tree, e->npart, e->corner);
-    p->error = s->tolerance * s->iso / fabs(e->strength) / s->nelement;
+    else if (e->shape == SHAPE_POINTS && e->norm == 2 && e->npart > TREE_LEAST) tree_build(&p->tree, e->npart, e->corner, p->radius, s->tolerance * s->iso / fabs(e->strength) / s->nelement);
 }
 
 SceneFrame *scene_frame(const Scene *s, int64_t frame)

@@ -68,9 +68,8 @@ const int32_t *index_at(const PartIndex *ix, Vec3 p, int *n);
 
 typedef struct TreeNode {
     Vec3 centre;          /* of mass */
-    double radius;        /* of the points around it */
+    double far2;          /* square of the distance from it where the moments are good enough */
     double q[6];          /* sum r r^T: xx yy zz xy xz yz */
-    double cube;          /* sum |r|^3 */
     int begin, end;       /* points */
     int skip;             /* the node after this one's subtree */
 } TreeNode;
@@ -79,12 +78,14 @@ typedef struct PointTree {
     int nnode;
     TreeNode *node;       /* depth first */
     Vec3 *point;          /* in the tree's order */
+    double R;
 } PointTree;
 
-void tree_build(PointTree *t, int n, const Vec3 *point);
+/* For sums of R^2/d^2 (softened as the kernel is) that are wrong by `error` at most. */
+void tree_build(PointTree *t, int n, const Vec3 *point, double R, double error);
 void tree_free(PointTree *t);
-/* sum R^2/d^2 (softened as the kernel is) and its gradient over p; the sum is wrong by `error` at most. */
-double tree_sum(const PointTree *t, Vec3 p, double R, double error, Vec3 *grad);
+/* The sum at p; its gradient is added to *grad. */
+double tree_sum(const PointTree *t, Vec3 p, Vec3 *grad);
 
 /* --- an element at a frame ------------------------------------------------------------------------------------------ */
 
@@ -94,7 +95,6 @@ typedef struct Pose {
     double shrink;        /* the most by which world distances grow on the way to local ones */
     double radius;
     double amount[WARPS_MAX]; /* radians, or growth, a unit of length */
-    double error;         /* the tree's share of the tolerance */
     PartIndex index;
     PointTree tree;       /* nnode > 0: there is one */
 } Pose;

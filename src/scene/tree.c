@@ -11,6 +11,7 @@ enum { LEAF = 8 };
 typedef struct Builder {
     PointTree *tree;
     int capnode;
+    double share;         /* of the error, a point */
 } Builder;
 
 static int compare_along(const void *pa, const void *pb, int axis)
@@ -27,18 +28,23 @@ static int compare_x(const void *a, const void *b) { return compare_along(a, b, 
 static int compare_y(const void *a, const void *b) { return compare_along(a, b, 1); }
 static int compare_z(const void *a, const void *b) { return compare_along(a, b, 2); }
 
-static TreeNode moments_of(const Vec3 *p, int begin, int end)
+static TreeNode moments_of(const Builder *b, int begin, int end)
 {
+    const Vec3 *p = b->tree->point;
     TreeNode t = {.begin = begin, .end = end};
+    double radius = 0, cube = 0, R = b->tree->R;
     for (int i = begin; i < end; i++) t.centre = v_add(t.centre, p[i]);
     t.centre = v_scale(t.centre, 1.0 / (end - begin));
     for (int i = begin; i < end; i++) {
         Vec3 r = v_sub(p[i], t.centre);
         double l = v_len(r), q[6] = {r.x * r.x, r.y * r.y, r.z * r.z, r.x * r.y, r.x * r.z, r.y * r.z};
         for (int k = 0; k < 6; k++) t.q[k] += q[k];
-        t.cube += l * l * l;
-        t.radius = real_max(t.radius, l);
+        cube += l * l * l;
+        radius = real_max(radius, l);
     }
+    double gap = pow(4 * R * R * cube / (b->share * (end - begin)), 0.2); /* where the bound above is the share */
+    double far = radius * (1 + 1e-9) + real_max(gap * (1 + 1e-9), sqrt(CORE_W) * R);
+    t.far2 = far * far;
     return t;
 }
 
@@ -60,7 +66,7 @@ static void build(Builder *b, int begin, int end)
     PointTree *t = b->tree;
     int at = t->nnode++;
     RESERVE(t->node, b->capnode, t->nnode);
-    t->node[at] = moments_of(t->point, begin, end);
+    t->node[at] = moments_of(b, begin, end);
     if (end - begin > LEAF) {
         int (*const compare[3])(const void *, const void *) = {compare_x, compare_y, compare_z};
         qsort(t->point + begin, (size_t)(end - begin), sizeof *t->point, compare[widest_axis(t->point, begin, end)]);
@@ -71,11 +77,11 @@ static void build(Builder *b, int begin, int end)
     t->node[at].skip = t->nnode;
 }
 
-void tree_build(PointTree *t, int n, const Vec3 *point)
+void tree_build(PointTree *t, int n, const Vec3 *point, double R, double error)
 {
-    *t = (PointTree){.point = NEW(Vec3, n)};
+    *t = (PointTree){.point = NEW(Vec3, n), .R = R};
     for (int i = 0; i < n; i++) t->point[i] = point[i];
-    Builder b = {.tree = t};
+    Builder b = {.tree = t, .share = error / n};
     build(&b, 0, n);
 }
 
@@ -87,33 +93,27 @@ void tree_free(PointTree *t)
 }
 
 /* sum 1/d^2 = M/D^2 - tr Q/D^4 + 4 x.Qx/D^6, x from the centre to p. */
-static double far_sum(const TreeNode *t, Vec3 x, Vec3 *grad)
+static double far_sum(const TreeNode *t, Vec3 x, double d2, Vec3 *grad)
 {
     const double *q = t->q;
-    double M = t->end - t->begin, i2 = 1 / v_len2(x), i4 = i2 * i2, i6 = i4 * i2, trace = q[0] + q[1] + q[2];
+    double M = t->end - t->begin, i2 = 1 / d2, i4 = i2 * i2, i6 = i4 * i2, trace = q[0] + q[1] + q[2];
     Vec3 Qx = vec3(q[0] * x.x + q[3] * x.y + q[4] * x.z, q[3] * x.x + q[1] * x.y + q[5] * x.z, q[4] * x.x + q[5] * x.y + q[2] * x.z);
     double xQx = v_dot(x, Qx);
     *grad = v_axpy(v_scale(Qx, 8 * i6), -2 * M * i4 + 4 * trace * i6 - 24 * xQx * i6 * i2, x);
     return M * i2 - trace * i4 + 4 * xQx * i6;
 }
 
-static bool is_far(const TreeNode *t, double gap, double R, double share)
+double tree_sum(const PointTree *t, Vec3 p, Vec3 *grad)
 {
-    double g2 = gap * gap;
-    return gap > 0 && g2 >= CORE_W * R * R && 4 * R * R * t->cube <= share * (t->end - t->begin) * g2 * g2 * gap;
-}
-
-double tree_sum(const PointTree *t, Vec3 p, double R, double error, Vec3 *grad)
-{
-    const double share = error / (t->node[0].end - t->node[0].begin), scale = 1 / (R * R);
+    const double R2 = t->R * t->R, scale = 1 / R2;
     double sum = 0;
     for (int i = 0; i < t->nnode;) {
         const TreeNode *node = &t->node[i];
         Vec3 x = v_sub(p, node->centre), g;
-        double gap = v_len(x) - node->radius;
-        if (is_far(node, gap, R, share)) {
-            sum += R * R * far_sum(node, x, &g);
-            *grad = v_axpy(*grad, R * R, g);
+        double d2 = v_len2(x);
+        if (d2 > node->far2) {
+            sum += R2 * far_sum(node, x, d2, &g);
+            *grad = v_axpy(*grad, R2, g);
             i = node->skip;
             continue;
         }
