@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { BLOCKS_MAX = 1 << 19 };
+enum { BLOCKS_MAX = 1 << 19, TILES_MAX = 1 << 23 };
 
 /* A part of an element that may reach a box. */
 typedef struct Part {
@@ -25,6 +25,7 @@ typedef struct Search {
     int npart, cappart;
     Part *part;          /* a stack: each box's behind its parent's */
     Blocks crossed, inside;
+    double ntile;        /* blocks in `inside` */
     bool full;
 } Search;
 
@@ -74,6 +75,8 @@ static void search_box(Search *s, int begin, int x, int y, int z, int side)
         /* outside */
     } else if (low > slack) {
         add_block(&s->inside, x, y, z, side);
+        s->ntile += (double)int_min(side, s->nblock[0] - x) * int_min(side, s->nblock[1] - y) * int_min(side, s->nblock[2] - z);
+        s->full |= s->ntile > TILES_MAX;
     } else if (side == 1) {
         add_block(&s->crossed, x, y, z, 1);
         s->full |= s->crossed.n > BLOCKS_MAX;
@@ -183,7 +186,7 @@ bool scene_fill_grid(const SceneFrame *f, bool parallel, Grid *g, Err *err)
     const Scene *s = f->scene;
     Search find = {.f = f};
     search(&find);
-    bool ok = !find.full || fail(err, ERR_RESOURCE, "%s: frame %.0f: the surface needs more than %d blocks of 8^3 samples; make \"voxel\" larger or \"domain\" smaller", s->path, f->frame, BLOCKS_MAX);
+    bool ok = !find.full || fail(err, ERR_RESOURCE, "%.400s: frame %.0f: the surface needs more than %d blocks of 8^3 samples, or has more than %d within; make \"voxel\" larger or \"domain\" smaller", s->path, f->frame, BLOCKS_MAX, TILES_MAX);
     if (ok) {
         for (int a = 0; a < 3; a++) {
             g->xform.m[a][a] = s->voxel;

@@ -27,20 +27,23 @@ static int cell_of(const PartIndex *ix, double x, int axis)
     return (int)real_clamp(floor((x - v_get(ix->lo, axis)) / ix->cell), 0, ix->n[axis] - 1);
 }
 
-/* Cells of the part's reach, or less: of points, as wide as that; never so many that they cost more than the parts. */
+/* Cells as wide as the reach of points, so wide that no part stands in more than 6^3 of them, and so few that they cost no
+ * more than the parts. */
 static bool lay_out(PartIndex *ix, const Element *e, double reach)
 {
     Box all = part_box(e, 0, reach);
-    for (int i = 1; i < e->npart; i++) {
+    double widest = 0;
+    for (int i = 0; i < e->npart; i++) {
         Box b = part_box(e, i, reach);
         for (int a = 0; a < 3; a++) {
             v_set(&all.lo, a, real_min(v_get(all.lo, a), v_get(b.lo, a)));
             v_set(&all.hi, a, real_max(v_get(all.hi, a), v_get(b.hi, a)));
+            widest = real_max(widest, v_get(b.hi, a) - v_get(b.lo, a));
         }
     }
     ix->lo = all.lo;
     double most = real_min(64 + CELLS_A_PART * (double)e->npart, CELLS_MAX);
-    for (ix->cell = reach;; ix->cell *= 1.25) {
+    for (ix->cell = real_max(reach, widest / 4);; ix->cell *= 1.25) {
         double cells = 1;
         for (int a = 0; a < 3; a++) {
             double n = ceil((v_get(all.hi, a) - v_get(all.lo, a)) / ix->cell);
