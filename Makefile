@@ -14,7 +14,8 @@ CXX = g++
 endif
 
 # What Debian 12 must have: to build, and to check.
-BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev
+BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev \
+	libjansson-dev libopenexr-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats mandoc
 
 FLAGS_release = -O3 -DNDEBUG
@@ -34,7 +35,7 @@ COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -fno-tree-slp-v
 ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
 # The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LIBS = -lopenvdb -ltbb -lImath -ltinygltf -lm
+LIBS = -lopenvdb -ltbb -lImath -ltinygltf -ljansson -lOpenEXRCore -lm
 
 B = build/$(config)
 OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))
@@ -43,7 +44,7 @@ LIB = $(B)/libtwinmesh.a
 TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/volume_to_mesh.d
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -81,6 +82,9 @@ $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 $(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
 	@mkdir -p $(@D)
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
+
+$(B)/tests/ridges: $(B)/tests/bench/ridges.c.o $(LIB)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
 define write_if_changed
@@ -126,6 +130,12 @@ bench:
 	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
 	@tests/bench/bench.sh $(B)
 
+# The papers' tables and sharp figures, by the scenes in data-samples/scenes: two minutes.
+papers:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory all $(B)/tests/ridges
+	@tests/papers.sh $(B)
+
 # A thousand drawn sequences, every frame checked: ten minutes. SOAK_ARGS: see tests/soak/soak.c.
 soak:
 	@.ci/deps $(BUILD_PACKAGES)
@@ -142,19 +152,20 @@ golden: all
 
 # --- the rest -------------------------------------------------------------------------------------
 
-MAN = $(DESTDIR)$(PREFIX)/share/man/man1
+MAN = $(DESTDIR)$(PREFIX)/share/man
 install: all
-	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)
+	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)/man1 $(MAN)/man5
 	install -m 755 $(B)/twinmesh $(DESTDIR)$(PREFIX)/bin/twinmesh
-	install -m 644 man/*.1 $(MAN)
+	install -m 644 man/*.1 $(MAN)/man1
+	install -m 644 man/*.5 $(MAN)/man5
 
 uninstall:
-	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/%,$(wildcard man/*.1))
+	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/man1/%,$(wildcard man/*.1)) $(patsubst man/%,$(MAN)/man5/%,$(wildcard man/*.5))
 
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench soak layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench papers soak layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)

@@ -12,7 +12,7 @@ static const struct {
 } command[] = {
     {"mesh", "follow the surface through a sequence of volumes; write both meshes", mesh_command},
     {"skin", "animate a potential that follows particles or grids", NULL},
-    {"field", "sample a scene into a grid sequence", NULL},
+    {"field", "sample a scene into a grid sequence", field_command},
     {"render", "picture a mesh sequence", NULL},
     {"check", "measure meshes against the field they came from", NULL},
     {"farm", "cut a sequence into chunks and stitch the results", NULL},

@@ -82,6 +82,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .on_error = (OnError)option_choice(o, OPT_ON_ERROR),
         .iso = option_given(o, OPT_ISO) ? option_real(o, OPT_ISO) : NAN,
         .inside = option_given(o, OPT_INSIDE) ? side[option_choice(o, OPT_INSIDE)] : 0,
+        .trilinear = option_choice(o, OPT_PROJECTION) == 1,
         .open_border = option_choice(o, OPT_BORDER) == 1,
         .velocity_units = option_given(o, OPT_VELOCITY_UNITS)
                               ? (VelocityUnits)option_choice(o, OPT_VELOCITY_UNITS)
@@ -96,6 +97,12 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
     return job_check(job, o, err);
 }
 
+/* Of volumes it says nothing. */
+static bool is_beside_the_point(const Options *o, int id)
+{
+    return id == OPT_PROJECTION && !(o->noperand == 1 && scene_is_known(o->operand[0]));
+}
+
 void job_echo(const Options *o, const char *version, FILE *report)
 {
     ReportSetting setting[OPTION_COUNT];
@@ -103,7 +110,7 @@ void job_echo(const Options *o, const char *version, FILE *report)
     int n = 0;
     for (int i = 0; i < OPTION_COUNT; i++) {
         const OptionSpec *spec = &option_table[i];
-        if (!spec->echo) continue;
+        if (!spec->echo || is_beside_the_point(o, i)) continue;
         bool is_number = spec->kind == OPTION_REAL || spec->kind == OPTION_INT;
         if (is_number) snprintf(number[n], sizeof number[n], "%.9g", o->value[i].real[0]);
         const char *text = is_number && o->value[i].text ? number[n] : o->value[i].text;

@@ -4,6 +4,8 @@
 #include "cli/options.h"
 #include "io/volume.h"
 #include "report/report.h"
+#include "scene/scene.h"
+#include "sequence/pattern.h"
 #include "track/track.h"
 
 enum { FORMAT_PLY = 1, FORMAT_GLB = 2, FORMAT_GLTF = 4, FORMAT_VAT = 8 }; /* bits, as options.def lists them */
@@ -16,6 +18,9 @@ typedef struct MeshJob {
     unsigned formats;
     bool gltf_step, print;
     const char *frames;         /* A-B[xS]; NULL: all */
+    bool has_scene;             /* the frames are a scene's */
+    Scene scene;
+    bool trilinear;             /* its vertices land on the samples' surface */
     OnError on_error;
     VolumeRequest request;
     double iso;                 /* NaN: by the grid */
@@ -28,6 +33,11 @@ typedef struct MeshJob {
 } MeshJob;
 
 bool job_make(MeshJob *job, const Options *o, Err *err);
+/* Loads the scene where one is named as the frames, with its frame rate where no other is given. job_free in any case. */
+bool job_load_scene(MeshJob *job, Options *o, Err *err);
+/* The frames: of the scene, or those that the operands name. */
+bool job_open_sequence(const MeshJob *job, const Options *o, Sequence *out, Err *err);
+void job_free(MeshJob *job);
 
 /* The settings as the report's first line has them. */
 void job_echo(const Options *o, const char *version, FILE *report);

@@ -136,7 +136,7 @@ static bool find_step(const MeshJob *job, const Options *o, int64_t *step, Err *
     Frame *frame = NEW(Frame, 1);
     int64_t last = NONE;
     *step = 0;
-    bool good = sequence_open(&s, o->noperand, o->operand, job->frames, volume_is_known, err);
+    bool good = job_open_sequence(job, o, &s, err);
     while (good && sequence_length(&s) != NONE && sequence_next(&s, frame, err) == SEQUENCE_FRAME) {
         if (last != NONE) *step = common_divisor(frame->number - last, *step);
         last = frame->number;
@@ -169,7 +169,7 @@ static bool open_all(Run *run, const Options *o, Err *err)
 {
     const MeshJob *job = &run->job;
     if (!find_step(job, o, &run->step, err)) return false;
-    if (!sequence_open(&run->sequence, o->noperand, o->operand, job->frames, volume_is_known, err)) return false;
+    if (!job_open_sequence(job, o, &run->sequence, err)) return false;
     if (!outputs_open(&run->out, job, job->track.fps / (double)run->step, err)) return false;
     job_echo(o, TWINMESH_VERSION, run->out.report.stream);
     run->track = track_open(&job->track);
@@ -231,19 +231,21 @@ int mesh_command(int argc, char **argv)
     if (option_given(&options, OPT_HELP)) {
         puts("twinmesh mesh FRAME... -o PREFIX\n\n"
              "Follows the surface through a sequence of volumes and writes the mechanical and the geometric mesh of\n"
-             "every frame. FRAME is a file, a pattern (phi.####.vdb, phi.%04d.vdb, phi.$F4.vdb), a folder, or - for\n"
-             "names on standard input.");
+             "every frame. FRAME is a file, a pattern (phi.####.vdb, phi.%04d.vdb, phi.$F4.vdb), a folder, - for names\n"
+             "on standard input, or a scene (scene.json), which is a sequence of its own.");
         options_print(stdout);
     } else if (option_given(&options, OPT_VERSION)) {
         puts("twinmesh " TWINMESH_VERSION);
     } else {
-        if (!job_make(&run.job, &options, &err)) goto wrong;
+        if (!job_make(&run.job, &options, &err) || !job_load_scene(&run.job, &options, &err)) goto wrong;
         status = run_job(&run, &options);
     }
+    job_free(&run.job);
     options_free(&options);
     return status;
 
 wrong:
+    job_free(&run.job);
     fprintf(stderr, "twinmesh mesh: %s\n", err.text);
     options_free(&options);
     return (int)err.code;

@@ -27,13 +27,14 @@ struct Reader {
 void readframe_free(ReadFrame *f)
 {
     field_free(&f->field);
+    scene_frame_free(f->scene);
     if (f->has_velocity) grid_free(&f->velocity);
     *f = (ReadFrame){0};
 }
 
 static void choose_surface(Reader *r, const Volume *v, ReadFrame *f)
 {
-    if (r->chosen) return;
+    if (r->chosen || r->job->has_scene) return;
     SurfaceChoice choice = volume_choose_surface(v, r->job->iso, r->job->inside);
     r->spec = choice.spec;
     if (grid_is_empty(&v->surface)) return; /* a guess that serves this frame only */
@@ -41,13 +42,26 @@ static void choose_surface(Reader *r, const Volume *v, ReadFrame *f)
     memcpy(f->surface, choice.why, sizeof f->surface);
 }
 
+/* A scene's samples are a volume like any other. */
+static bool read_volume(const Reader *r, ReadFrame *f, Volume *v)
+{
+    *v = (Volume){0};
+    if (!r->job->has_scene) return volume_read(f->frame.path, &r->job->request, v, &f->err);
+    f->scene = scene_frame(&r->job->scene, f->frame.number);
+    grid_init(&v->surface, 1);
+    if (scene_fill_grid(f->scene, false, &v->surface, &f->err)) return true;
+    volume_free(v);
+    return false;
+}
+
 static bool read_frame(Reader *r, ReadFrame *f)
 {
-    Volume v = {0};
-    if (!volume_read(f->frame.path, &r->job->request, &v, &f->err)) return false;
+    Volume v;
+    if (!read_volume(r, f, &v)) return false;
     choose_surface(r, &v, f);
     Err err;
     bool good = field_build(&f->field, &v.surface, &r->spec, &err);
+    if (good && f->scene && !r->job->trilinear) f->field.exact = scene_exact(f->scene);
     if (!good) fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
     if (good && v.has_velocity) {
         f->units = velocity_units_of(&v.velocity, r->job->request.velocity, r->job->velocity_units);
@@ -112,6 +126,7 @@ Reader *reader_open(const MeshJob *job, Sequence *sequence, Err *err)
     Reader *r = NEW0(Reader, 1);
     r->job = job;
     r->sequence = sequence;
+    r->spec.inside_below = true; /* a scene's samples */
     pthread_mutex_init(&r->lock, NULL);
     pthread_cond_init(&r->changed, NULL);
     if (pthread_create(&r->thread, NULL, reader_run, r) == 0) return r;

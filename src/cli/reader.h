@@ -11,6 +11,7 @@ typedef struct ReadFrame {
     bool good;                 /* it could be read; else err says why not */
     Err err;
     Field field;
+    SceneFrame *scene;         /* what the field is of, or NULL; goes with it */
     bool has_velocity;
     Grid velocity;             /* world units a second */
     VelocityUnits units;       /* it came in */

@@ -19,6 +19,13 @@ typedef struct FieldSpec {
     bool inside_below; /* level sets: inside is below the isovalue; densities: above */
 } FieldSpec;
 
+/* The function that the samples were taken from, where it is known: F and its gradient (NULL: not wanted) at n world
+ * points. Lent by the field's maker, who keeps what it points to for as long as the field. */
+typedef struct FieldExact {
+    void (*sample)(const void *ctx, int n, const Vec3 *p, double *F, Vec3 *grad);
+    const void *ctx;
+} FieldExact;
+
 typedef struct Field {
     Affine xform;
     double voxel;         /* cube root of a voxel's volume, world units */
@@ -33,6 +40,7 @@ typedef struct Field {
     Map brick_at;         /* by origin >> 3 */
     int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
     int room_lo[3], room_n[3]; /* the box, in bricks */
+    FieldExact exact;          /* sample NULL: only the samples are known */
 } Field;
 
 /* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */
@@ -47,12 +55,17 @@ void field_cell(const Field *f, int b, int x, int y, int z, double F[8]);
 /* F of the trilinear interpolant at world point p. Away from the bricks -far, or +far deep inside is not known:
  * *known tells. `cell_grad` (may be NULL) gets the gradient within the cell, which jumps between cells. */
 double field_value(const Field *f, Vec3 p, Vec3 *cell_grad, bool *known);
-/* Batch: F and the smooth gradient at n world points; a zero gradient where the field is not known. */
+/* Batch: F and the smooth gradient at n world points; a zero gradient where the field is not known. Here and below, the
+ * exact ones where the function is known; grad NULL: F of the samples alone. */
 void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad);
 /* The smooth gradient of one point. */
 Vec3 field_gradient(const Field *f, Vec3 p);
 /* Outward unit normals, n = -grad F / |grad F|; the cell's gradient serves where the smooth one vanishes or lies. */
 void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal);
+
+/* First-order distance of a point from the trilinear surface, |F| / |grad F|, in voxels, or from the exact one if that is
+ * less: a landed point is at 0. INFINITY where there is no gradient. */
+double field_distance_vox(const Field *f, Vec3 p);
 
 typedef enum Landing {
     LANDED = 0,
@@ -60,8 +73,9 @@ typedef enum Landing {
 } Landing;
 
 /* GI'07 eq. 3: moves each point onto the trilinear surface, at most `reach` world units; a point that finds none
- * stays. Newton steps along the smooth gradient until F changes sign, then a bracketed root. Returns how many
- * are lost; status may be NULL. */
+ * stays. Newton steps along the smooth gradient until F changes sign, then a bracketed root. Where the function is
+ * known they go on to its zero, if the trilinear surface crosses the cell that lies in. Returns how many are lost;
+ * status may be NULL. */
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status);
 /* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);

@@ -97,7 +97,12 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
     for (double way = 0; known && way < reach; way += step) {
         Vec3 next = v_axpy(q, real_min(step, reach - way), dir);
         double Fn = blend_value(&one, next, &known);
-        if (known && (Fn > 0) != (F > 0)) return *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel), true;
+        if (known && (Fn > 0) != (F > 0)) {
+            const uint8_t landed = LANDED;
+            Vec3 from = *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel);
+            if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
+            return true;
+        }
         q = next;
         F = Fn;
     }
@@ -115,12 +120,18 @@ typedef struct Job {
 static void project_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
+    const bool exact = job->blend.a->exact.sample && !job->blend.b;
+    Vec3 from[GRAIN];
+    uint8_t status[GRAIN];
     int lost = 0;
     for (int i = begin; i < end; i++) {
+        from[i - begin] = job->p[i];
         Landing l = project_one(&job->blend, &job->p[i], job->reach);
         lost += l != LANDED;
+        status[i - begin] = (uint8_t)l;
         if (job->status) job->status[i] = (uint8_t)l;
     }
+    if (exact) exact_land(job->blend.a, end - begin, from, job->p + begin, status);
     job->lost[begin / GRAIN] = lost;
 }
 

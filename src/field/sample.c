@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-enum { LANES = 32, Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
+enum { LANES = 32, NORMALS = 64, Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
 
 /* The 32 samples that central differences at a cell's corners need: the 4x4x4 block around the cell without its
  * edges and corners. Per axis: the corners' neighbours below and above. STENCIL[8 + 8 axis + c]: corner c's sample
@@ -80,6 +80,7 @@ void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad)
             if (grad) grad[begin + i] = affine_gradient(&f->xform, v_scale(vec3(l.g[0][i], l.g[1][i], l.g[2][i]), f->sign));
         }
     }
+    if (f->exact.sample && grad) exact_sample(f, n, p, F, grad);
 }
 
 /* One point's central differences, interpolated: the same numbers as the batch. */
@@ -104,7 +105,8 @@ static double sample_one(const Field *f, Vec3 p, Vec3 *grad)
 Vec3 field_gradient(const Field *f, Vec3 p)
 {
     Vec3 g;
-    sample_one(f, p, &g);
+    double F = sample_one(f, p, &g);
+    if (f->exact.sample) exact_sample(f, 1, &p, &F, &g);
     return g;
 }
 
@@ -120,9 +122,23 @@ Vec3 field_steer(const Field *f, Vec3 p)
 
 void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal)
 {
-    for (int i = 0; i < n; i++) {
-        Vec3 g = field_steer(f, p[i]);
-        double l = v_len(g);
-        normal[i] = l > 0 ? v_scale(g, -1 / l) : vec3(0, 0, 1);
+    for (int i = 0; i < n; i++) normal[i] = field_steer(f, p[i]);
+    if (f->exact.sample) {
+        double F[NORMALS];
+        for (int i = 0; i < n; i += NORMALS) exact_sample(f, int_min(NORMALS, n - i), p + i, F, normal + i);
     }
+    for (int i = 0; i < n; i++) {
+        double l = v_len(normal[i]);
+        normal[i] = l > 0 ? v_scale(normal[i], -1 / l) : vec3(0, 0, 1);
+    }
+}
+
+double field_distance_vox(const Field *f, Vec3 p)
+{
+    Vec3 g;
+    double F = field_value(f, p, &g, NULL), l = v_len(g), d = l > 0 ? fabs(F) / (l * f->voxel) : INFINITY;
+    if (!exact_is_known(f, p)) return d;
+    f->exact.sample(f->exact.ctx, 1, &p, &F, &g);
+    l = v_len(g);
+    return l > 0 ? real_min(d, fabs(F) / (l * f->voxel)) : d;
 }

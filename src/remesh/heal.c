@@ -122,8 +122,7 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 
 static bool is_astray(const Remesh *r, int v)
 {
-    Vec3 g, p = r->mesh->pos[v];
-    if (fabs(field_value(r->field, p, &g, NULL)) > OFF_SURFACE_VOX * r->field->voxel * v_len(g)) return true;
+    if (field_distance_vox(r->field, r->mesh->pos[v]) > OFF_SURFACE_VOX) return true;
     return r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], r->mesh->pos[v]);
 }
 

@@ -16,9 +16,7 @@ const Limits LIMITS_TIDY = {0.4, 0.25, 0.35, 1.7};
 
 double triangle_deviation(const Field *f, const Vec3 p[3])
 {
-    Vec3 g;
-    double F = fabs(field_value(f, v_scale(v_add(v_add(p[0], p[1]), p[2]), 1.0 / 3), &g, NULL)), l = v_len(g) * f->voxel;
-    return F < DEVIATION_FAR_VOX * l ? F / l : DEVIATION_FAR_VOX;
+    return real_min(field_distance_vox(f, v_scale(v_add(v_add(p[0], p[1]), p[2]), 1.0 / 3)), DEVIATION_FAR_VOX);
 }
 
 Fitness triangle_fitness(const Vec3 p[3], const Vec3 n[3])

@@ -82,6 +82,19 @@ PatternKind pattern_parse(const char *text, Pattern *out, Err *err)
     return PATTERN_ONE;
 }
 
+bool pattern_name(const char *text, int64_t number, bool alone, char out[FRAME_PATH_MAX], Err *err)
+{
+    Pattern *p = NEW(Pattern, 1);
+    PatternKind kind = pattern_parse(text, p, err);
+    int n = 0;
+    if (kind == PATTERN_ONE) n = snprintf(out, FRAME_PATH_MAX, "%s%0*lld%s", p->prefix, p->width, (long long)number, p->suffix);
+    if (kind == PATTERN_NONE && alone) n = snprintf(out, FRAME_PATH_MAX, "%s", text);
+    mem_free(p);
+    if (kind == PATTERN_NONE && !alone) return fail(err, ERR_USAGE, "%.400s: has no place for the frame's number; give a pattern such as name.####.vdb", text);
+    if (n >= FRAME_PATH_MAX) return fail(err, ERR_USAGE, "a path is too long: %.60s...", text);
+    return kind != PATTERN_WRONG;
+}
+
 /* A number of at most 18 digits; *p moves behind it. */
 static bool range_number(const char **p, int64_t *out)
 {

@@ -71,6 +71,22 @@ bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames
     return ok;
 }
 
+bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t last, const char *frames, Err *err)
+{
+    FrameRange r = {first, last, 1};
+    *s = (Sequence){0};
+    if (frames && !frame_range_parse(frames, &r, err)) return false;
+    bool ok = true;
+    for (int64_t f = r.first; ok && f <= r.last && f <= last; f += r.step) {
+        if (f < first) continue;
+        ok = sequence_add(s, path, (NumberSpan){0, 0}, err);
+        if (ok) s->entry[s->nentry - 1].number = f;
+    }
+    if (ok && s->nentry == 0) ok = fail(err, ERR_USAGE, "--frames %s: %.400s has frames %lld to %lld; name some of them", frames, path, (long long)first, (long long)last);
+    if (!ok) sequence_close(s);
+    return ok;
+}
+
 void sequence_close(Sequence *s)
 {
     for (int i = 0; i < s->nentry; i++) mem_free(s->entry[i].path);

@@ -38,11 +38,16 @@ typedef bool IsVolumeFn(const char *path);
 /* `frames` is the text of --frames or NULL; it goes with patterns and directories, and then frames that are missing
  * are part of the run: reading them will tell. A failure leaves nothing to close. */
 bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames, IsVolumeFn *is_volume, Err *err);
+/* A run of frames that one file holds (a scene): numbers first ... last, of which `frames` (or NULL) picks some. */
+bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t last, const char *frames, Err *err);
 void sequence_close(Sequence *s);
 /* The next frame; waits for it where names come on standard input. */
 SequenceStep sequence_next(Sequence *s, Frame *out, Err *err);
 /* Frames in the run, or NONE where only the end of standard input will tell. */
 int sequence_length(const Sequence *s);
+
+/* The name that a pattern gives a frame. A name without a place for the number serves where `alone`, for one frame only. */
+bool pattern_name(const char *pattern, int64_t number, bool alone, char out[FRAME_PATH_MAX], Err *err);
 
 /* A-B, A-BxS or A: first, last and step, 0 <= first <= last, step >= 1. */
 typedef struct FrameRange {

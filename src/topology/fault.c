@@ -14,13 +14,6 @@ typedef struct Job {
     Faults *f;
 } Job;
 
-static double distance_vox(const Field *f, Vec3 p)
-{
-    Vec3 g;
-    double F = fabs(field_value(f, p, &g, NULL)), l = v_len(g) * f->voxel;
-    return l > 0 ? F / l : 1e300;
-}
-
 static void vertex_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
@@ -28,7 +21,7 @@ static void vertex_block(void *ctx, int begin, int end)
     for (int v = begin; v < end; v++) {
         Vec3 p = job->mesh->pos[v];
         int l = iso_loop_at(iso, p), k = l == NONE ? NONE : iso_loop_component(iso, l);
-        bool off = k != NONE && !speck_is(iso, k) && distance_vox(iso->field, p) > OFF_SURFACE_VOX; /* specks' are drawn off it */
+        bool off = k != NONE && !speck_is(iso, k) && field_distance_vox(iso->field, p) > OFF_SURFACE_VOX; /* specks' are drawn off it */
         job->f->comp[v] = off ? NONE : k;
     }
 }
@@ -42,7 +35,7 @@ static int faults_of(const Job *job, int t)
     if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return FAULT_TORN;
     if (!(v_len2(v_area2(a, b, d)) > 0)) return FAULT_DEGENERATE;
     if (field_triangle_inverted(job->iso->field, a, b, d)) return FAULT_INVERTED;
-    return distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAULT_FAR : 0;
+    return field_distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAULT_FAR : 0;
 }
 
 static void triangle_block(void *ctx, int begin, int end)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The bytes of all outputs but timings, held to the hashes in this folder: over thread counts and runs.
-#   tests/golden/golden.sh [--quick] PROGRAM     --quick: the small raw grids only, for builds without optimisation
+#   tests/golden/golden.sh [--quick] PROGRAM     --quick: the small grids and scenes only, for builds without optimisation
 #   UPDATE=1 tests/golden/golden.sh PROGRAM      writes the hashes anew; the commit says why they changed
 set -u
 cd "$(dirname "$0")/../.." || exit 1
@@ -38,6 +38,8 @@ golden() { # name, arguments...
 }
 
 golden balls 'data-samples/balls/balls.####.npy' --inside below --iso 0 --format ply,glb
+golden crossing data-samples/scenes/rr6128-figure1.json --frames 12-20 --format ply,glb
+golden blades data-samples/scenes/rr6128-figure13b.json --frames 1-3 --format ply
 if [ -z "$quick" ]; then
     golden splash 'data-samples/splash/fluid.####.vdb' --frames 18-23 --velocity velocity --format ply,glb
     golden smoke 'data-samples/smoke/density.####.vdb' --frames 20-23
