@@ -13,9 +13,10 @@ static void request_fill(VolumeRequest *r, const Options *o)
         .raw_type = option_text(o, OPT_TYPE),
         .raw_order = option_text(o, OPT_ORDER),
     };
+    r->has_origin = option_given(o, OPT_ORIGIN);
     for (int i = 0; i < 3; i++) {
         r->raw_dims[i] = (int)o->value[OPT_DIMS].real[i];
-        r->spacing[i] = o->value[OPT_SPACING].real[i];
+        r->spacing[i] = option_given(o, OPT_SPACING) ? o->value[OPT_SPACING].real[i] : 0;
         r->origin[i] = o->value[OPT_ORIGIN].real[i];
     }
 }
