@@ -13,6 +13,17 @@ const OptionSpec option_table[OPTION_COUNT] = {
 #include "cli/options.def"
 };
 
+static const OptionSpec info_table[INFO_OPTION_COUNT] = {
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+#include "cli/info.def"
+};
+_Static_assert((int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
+
+const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
+const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
+
 /* --- values --------------------------------------------------------------------------------------- */
 
 /* Which of the choices the first n letters of text are, or NONE. */
@@ -118,24 +129,24 @@ static bool parse_value(const OptionSpec *spec, OptionValue *v, const char *text
 
 /* --- the command line ----------------------------------------------------------------------------- */
 
-static int find_long(const char *name, size_t n)
+static int find_long(const OptionTable *t, const char *name, size_t n)
 {
-    for (int i = 0; i < OPTION_COUNT; i++)
-        if (strlen(option_table[i].name) == n && strncmp(option_table[i].name, name, n) == 0) return i;
+    for (int i = 0; i < t->count; i++)
+        if (strlen(t->spec[i].name) == n && strncmp(t->spec[i].name, name, n) == 0) return i;
     return NONE;
 }
 
-static int find_letter(char letter)
+static int find_letter(const OptionTable *t, char letter)
 {
-    for (int i = 0; i < OPTION_COUNT; i++)
-        if (option_table[i].letter == letter) return i;
+    for (int i = 0; i < t->count; i++)
+        if (t->spec[i].letter == letter) return i;
     return NONE;
 }
 
 static bool set_option(Options *o, int id, const char *text, Err *err)
 {
     o->value[id].given = true;
-    return parse_value(&option_table[id], &o->value[id], text, err);
+    return parse_value(&o->table->spec[id], &o->value[id], text, err);
 }
 
 /* argv[*i] is --name or --name=value; *i moves on when the value is the next argument. */
@@ -143,10 +154,10 @@ static bool parse_long(Options *o, int argc, char **argv, int *i, Err *err)
 {
     const char *name = argv[*i] + 2;
     size_t n = strcspn(name, "=");
-    int id = find_long(name, n);
+    int id = find_long(o->table, name, n);
     if (id == NONE)
-        return fail(err, ERR_USAGE, "--%.*s: there is no such option (see twinmesh help mesh)", (int)n, name);
-    const OptionSpec *spec = &option_table[id];
+        return fail(err, ERR_USAGE, "--%.*s: there is no such option (see twinmesh help %s)", (int)n, name, o->table->command);
+    const OptionSpec *spec = &o->table->spec[id];
     if (spec->kind == OPTION_LATER) return set_option(o, id, "", err);
     if (!spec->argument)
         return name[n] ? fail(err, ERR_USAGE, "--%s: takes no value", spec->name) : set_option(o, id, "", err);
@@ -159,9 +170,9 @@ static bool parse_long(Options *o, int argc, char **argv, int *i, Err *err)
 static bool parse_letters(Options *o, int argc, char **argv, int *i, Err *err)
 {
     for (const char *c = argv[*i] + 1; *c; c++) {
-        int id = find_letter(*c);
-        if (id == NONE) return fail(err, ERR_USAGE, "-%c: there is no such option (see twinmesh help mesh)", *c);
-        const OptionSpec *spec = &option_table[id];
+        int id = find_letter(o->table, *c);
+        if (id == NONE) return fail(err, ERR_USAGE, "-%c: there is no such option (see twinmesh help %s)", *c, o->table->command);
+        const OptionSpec *spec = &o->table->spec[id];
         if (spec->argument) {
             if (c[1]) return set_option(o, id, c + 1, err);
             if (*i + 1 >= argc) return fail(err, ERR_USAGE, "-%c: its %s is missing", *c, spec->argument);
@@ -172,11 +183,13 @@ static bool parse_letters(Options *o, int argc, char **argv, int *i, Err *err)
     return true;
 }
 
-bool options_parse(Options *o, int argc, char **argv, Err *err)
+bool options_parse(Options *o, int argc, char **argv, Err *err) { return options_parse_by(o, &mesh_options, argc, argv, err); }
+
+bool options_parse_by(Options *o, const OptionTable *table, int argc, char **argv, Err *err)
 {
-    *o = (Options){.operand = NEW0(char *, argc + 1)};
-    for (int i = 0; i < OPTION_COUNT; i++) {
-        const OptionSpec *spec = &option_table[i];
+    *o = (Options){.table = table, .operand = NEW0(char *, argc + 1)};
+    for (int i = 0; i < table->count; i++) {
+        const OptionSpec *spec = &table->spec[i];
         bool good = !spec->fallback || parse_value(spec, &o->value[i], spec->fallback, err);
         ASSERT(good);
         (void)good;
@@ -232,4 +245,10 @@ void options_print(FILE *out)
 #define SECTION(heading) fprintf(out, "\n%s:\n", heading);
 #define OPTION(id, ...) print_option(out, &option_table[OPT_##id]);
 #include "cli/options.def"
+}
+
+void options_print_table(FILE *out, const OptionTable *table)
+{
+    fputc('\n', out);
+    for (int i = 0; i < table->count; i++) print_option(out, &table->spec[i]);
 }

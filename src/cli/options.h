@@ -32,6 +32,21 @@ typedef struct OptionSpec {
 
 extern const OptionSpec option_table[OPTION_COUNT];
 
+/* `twinmesh info` has a table of its own (info.def). */
+typedef enum InfoOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) INFO_##id,
+#include "cli/info.def"
+    INFO_OPTION_COUNT
+} InfoOptionId;
+
+typedef struct OptionTable {
+    const char *command;
+    int count;
+    const OptionSpec *spec;   /* [count] */
+} OptionTable;
+extern const OptionTable mesh_options, info_options;
+
 typedef struct OptionValue {
     bool given;               /* on the command line */
     const char *text;         /* as given, or the default; NULL: neither. Borrowed from argv */
@@ -42,13 +57,15 @@ typedef struct OptionValue {
 } OptionValue;
 
 typedef struct Options {
+    const OptionTable *table;
     OptionValue value[OPTION_COUNT];
     int noperand;
     char **operand;           /* [noperand] borrowed from argv */
 } Options;
 
-/* Parses argv[0 .. argc-1] (no command name among them). options_free in any case. */
+/* Parses argv[0 .. argc-1] (no command name among them) by the table of `mesh`, or of any. options_free in any case. */
 bool options_parse(Options *o, int argc, char **argv, Err *err);
+bool options_parse_by(Options *o, const OptionTable *table, int argc, char **argv, Err *err);
 void options_free(Options *o);
 
 static inline double option_real(const Options *o, OptionId id) { return o->value[id].real[0]; }
@@ -57,5 +74,6 @@ static inline int option_choice(const Options *o, OptionId id) { return o->value
 static inline bool option_given(const Options *o, OptionId id) { return o->value[id].given; }
 static inline const char *option_text(const Options *o, OptionId id) { return o->value[id].text; }
 
-/* The table as --help shows it. */
+/* The table of `mesh` as --help shows it, with its headings; any table, without. */
 void options_print(FILE *out);
+void options_print_table(FILE *out, const OptionTable *table);
