@@ -4,12 +4,13 @@
 
 json_t *info_text(const char *s)
 {
-    json_t *text = json_string(s);
-    if (text) return text;
-    char *plain = mem_text(s); /* no UTF-8: what is not ASCII is not shown */
+    char *plain = mem_text(s);
     for (char *c = plain; *c; c++)
-        if ((unsigned char)*c >= 128) *c = '?';
-    text = json_string(plain);
+        if ((unsigned char)*c < 32 || *c == 127) *c = '?'; /* nothing from a file speaks to the terminal */
+    json_t *text = json_string(plain);
+    for (char *c = plain; !text && *c; c++)
+        if ((unsigned char)*c >= 128) *c = '?'; /* no UTF-8: what is not ASCII is not shown */
+    if (!text) text = json_string(plain);
     mem_free(plain);
     return text;
 }

@@ -180,6 +180,7 @@ static bool aim(exr_decode_pipeline_t *pipe, const char *name, int width, void *
         ch->decode_to_ptr = to;
         to = NULL;
     }
+    if (to) snprintf(core_said, sizeof core_said, "a slice lacks the channel '%.100s'", name);
     return to == NULL;
 }
 

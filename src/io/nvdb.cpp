@@ -147,7 +147,7 @@ private:
             const auto o = tile->origin();
             const int lo[3] = {o[0], o[1], o[2]}, before = taken.count;
             for (int a = 0; a < 3; a++)
-                if (lo[a] < -COORD_LIMIT || lo[a] >= COORD_LIMIT) return refuse("samples lie beyond +-2^20 voxels from the origin");
+                if (lo[a] <= -COORD_LIMIT || lo[a] >= COORD_LIMIT) return refuse("samples lie beyond +-2^20 voxels from the origin");
             map_put(&taken, key_coord(lo[0] >> 12, lo[1] >> 12, lo[2] >> 12), 0);
             if (taken.count == before) return refuse("two nodes lie at one place");
             if (tile->child ? !walkNode<Upper>(root, tile->child, lo) : !addTile(tile->value, lo, 12, tile->state != 0)) return false;

@@ -34,8 +34,6 @@ typedef struct VdbToc {
 /* Opens the file. Files written to a pipe hold no offsets: they are walked through. */
 bool vdb_toc_open(VdbToc *toc, const char *path, Err *err);
 void vdb_toc_close(VdbToc *toc);
-/* By exact name, else the first ("name[0]") of several that bear it; or NONE. */
-int vdb_toc_find(const VdbToc *toc, const char *name);
 
 /* One grid's bytes, checked. */
 typedef struct VdbTree {

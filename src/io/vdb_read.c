@@ -30,7 +30,7 @@ static bool vdb_read(VolumeFile *f, int i, Grid *out, Err *err)
     snprintf(f->entry[i].grid_class, sizeof f->entry[i].grid_class, "%s", t.grid_class);
     bool ok = true;
     if (e->parent[0]) {
-        int from = vdb_toc_find(toc, e->parent);
+        int from = volume_find(f, e->parent);
         if (from == NONE || toc->entry[from].parent[0] || toc->entry[from].kind != e->kind)
             ok = fail(err, ERR_INPUT, "%s: grid '%s' shares the tree of '%s', which is not there", f->path, e->name, e->parent);
         ok = ok && vdb_tree_load(toc, from, &parent, err) && vdb_decode(&parent, out, err);

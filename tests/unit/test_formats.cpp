@@ -296,6 +296,38 @@ static void hostile_nrrd(void **)
     refused("NRRD0004\ntype: float\ndimension: 3\nsizes: 900 900 900\nencoding: bz2\nendian: little\n\n", "do not fit");
 }
 
+static void nrrd_types_and_places(void **)
+{
+    const std::string path = std::string(temp_dir) + "/t.nrrd";
+    static const struct {
+        const char *type;
+        int size;
+        uint8_t little[8];
+        float want;
+    } types[] = {
+        {"int8", 1, {0xfe}, -2}, {"uchar", 1, {0xfe}, 254}, {"short int", 2, {0xfe, 0xff}, -2}, {"uint16_t", 2, {0xfe, 0xff}, 65534},
+        {"int", 4, {0xfe, 0xff, 0xff, 0xff}, -2}, {"unsigned int", 4, {1, 0, 0, 0x80}, 2147483648.0f}, {"long long", 8, {0xfd, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff}, -3},
+        {"uint64", 8, {0, 0, 0, 0, 0, 0, 0, 0x80}, 9223372036854775808.0f}, {"float", 4, {0, 0, 0xc0, 0x3f}, 1.5f}, {"double", 8, {0, 0, 0, 0, 0, 0, 0xf8, 0x3f}, 1.5f},
+    };
+    for (const auto &t : types)
+        for (bool big : {false, true}) {
+            Bytes b;
+            add(b, "NRRD0001\r\nType: " + std::string(t.type) + "\r\n" + "dimension: 3\r\nsizes: 2 1 1\r\nspacings: 2 nan 3\r\naxis mins: 1 2 3\r\naxis maxs: 9 9 9\r\nencoding: raw\r\ncenterings: cell node cell\r\nendian: " +
+                       (big ? "big" : "little") + "\r\n\r\n");
+            for (int copy = 0; copy < 2; copy++)
+                for (int i = 0; i < t.size; i++) b.push_back(t.little[big ? t.size - 1 - i : i]);
+            save(path, b);
+            Volume v;
+            Err err = {};
+            const VolumeRequest r = request(false);
+            if (!volume_read(path.c_str(), &r, &v, &err)) fail_msg("%s", err.text);
+            if (grid_at(&v.surface, 1, 0, 0, 0) != t.want) fail_msg("%s: %g", t.type, double(grid_at(&v.surface, 1, 0, 0, 0)));
+            const Affine *x = &v.surface.xform;
+            assert_true(x->m[0][0] == 2 && x->m[1][1] == 1 && x->m[2][2] == 3 && x->t.x == 2 && x->t.y == 2 && x->t.z == 4.5);
+            volume_free(&v);
+        }
+}
+
 static void hostile_nvdb(void **)
 {
     const std::string path = std::string(temp_dir) + "/a.nvdb";
@@ -314,6 +346,10 @@ static void hostile_nvdb(void **)
     for (uint64_t bad : {uint64_t(0) - 4096, uint64_t(1) << 63, uint64_t(1) << 40, uint64_t(whole.size()), uint64_t(7)}) {
         refused64(tree + 24, bad, "cannot be read"); /* to the root */
         refused64(tile + 8, bad, "cannot be read");  /* to the upper node */
+    }
+    for (int far : {256, 257, -257, -256}) { /* 4096ths of a root tile's place; 21 bits a coordinate */
+        refused64(tile, uint64_t(far & 0x1fffff) << 42, "beyond");
+        refused64(tile, uint64_t(far & 0x1fffff), "beyond");
     }
     refused64(0, 1, "no NanoVDB");
     refused64(16, uint64_t(1) << 62, "list of grids");     /* the grid's size, unpacked */
@@ -398,12 +434,67 @@ static void uni_files_have_siblings(void **)
     expect_refused(at + "phi_0007.uni", r, "no grid 'rho'");
 }
 
+static void expect_same_grid(const ::Grid *a, const ::Grid *b, float within)
+{
+    assert_true(a->ncomp == b->ncomp && a->staggered == b->staggered);
+    for (int k = 0; k < 3; k++) assert_true(a->lo[k] == b->lo[k] && a->hi[k] == b->hi[k] && a->background[k] == b->background[k]);
+    assert_memory_equal(&a->xform, &b->xform, sizeof a->xform);
+    for (int z = a->lo[2] - 9; z <= a->hi[2] + 9; z++)
+        for (int y = a->lo[1] - 9; y <= a->hi[1] + 9; y++)
+            for (int x = a->lo[0] - 9; x <= a->hi[0] + 9; x++)
+                for (int k = 0; k < a->ncomp; k++)
+                    if (!(std::fabs(grid_at(a, x, y, z, k) - grid_at(b, x, y, z, k)) <= within)) fail_msg("(%d, %d, %d)[%d]", x, y, z, k);
+}
+
+/* Narrow bands with tiles, negative places, turned axes, vectors; several grids in a file. */
+static void nvdb_is_read_as_vdb_is(void **)
+{
+    const std::string vdb = std::string(temp_dir) + "/both.vdb", nvdb = std::string(temp_dir) + "/both.nvdb";
+    auto phi = openvdb::tools::createLevelSetSphere<openvdb::FloatGrid>(21, openvdb::Vec3f(-30, 5, 1), 0.5f);
+    auto smoke = openvdb::FloatGrid::create(0);
+    auto wind = openvdb::Vec3SGrid::create(openvdb::Vec3f(1, 2, 3));
+    phi->setName("phi");
+    phi->transform().postRotate(0.3);
+    smoke->setName("density");
+    smoke->setGridClass(openvdb::GRID_FOG_VOLUME);
+    smoke->fill(openvdb::CoordBBox(openvdb::Coord(-130), openvdb::Coord(5)), 0.75f);
+    wind->setName("wind");
+    wind->setGridClass(openvdb::GRID_STAGGERED);
+    wind->fill(openvdb::CoordBBox(openvdb::Coord(-3), openvdb::Coord(30, 9, 7)), openvdb::Vec3f(-1, 0.5f, 7));
+    openvdb::io::File file(vdb);
+    file.write(openvdb::GridPtrVec{phi, smoke, wind});
+    file.close();
+    for (nanovdb::io::Codec codec : {NVDB_PLAIN, nanovdb::io::Codec::ZIP, nanovdb::io::Codec::BLOSC})
+        for (bool quantised : {false, true}) {
+            std::vector<nanovdb::GridHandle<nanovdb::HostBuffer>> all;
+            if (quantised) all.push_back(nanovdb::openToNanoVDB<nanovdb::HostBuffer, openvdb::FloatTree, nanovdb::Fp16>(*phi));
+            else all.push_back(nanovdb::openToNanoVDB(*phi));
+            all.push_back(nanovdb::openToNanoVDB(*smoke));
+            all.push_back(nanovdb::openToNanoVDB(*wind));
+            nanovdb::io::writeGrids(nvdb, all, codec);
+            for (const char *name : {"phi", "density"}) {
+                VolumeRequest r = {};
+                r.grid = name;
+                r.velocity = "wind";
+                Volume a, b;
+                Err err = {};
+                if (!volume_read(vdb.c_str(), &r, &a, &err) || !volume_read(nvdb.c_str(), &r, &b, &err)) fail_msg("%s", err.text);
+                assert_int_equal(a.kind, b.kind);
+                assert_string_equal(a.name, b.name);
+                expect_same_grid(&a.surface, &b.surface, quantised ? 1e-3f : 0);
+                expect_same_grid(&a.velocity, &b.velocity, 0);
+                volume_free(&a);
+                volume_free(&b);
+            }
+        }
+}
+
 static void exr_channels_are_grids(void **)
 {
     const std::string path = std::string(temp_dir) + "/c.exr";
-    for (exr_pixel_type_t type : {EXR_PIXEL_FLOAT, EXR_PIXEL_HALF}) {
+    for (exr_pixel_type_t type : {EXR_PIXEL_FLOAT, EXR_PIXEL_HALF, EXR_PIXEL_UINT}) {
         Samples s;
-        for (float &v : s.value) v = std::floor(v * 4) / 4; /* halves hold it */
+        for (float &v : s.value) v = type == EXR_PIXEL_UINT ? std::floor(40 + v) : std::floor(v * 4) / 4; /* halves and uints hold it */
         ExrImage image;
         image.type = type;
         image.channels = {"v.x", "v.y", "v.z", "density", "other"};
@@ -437,9 +528,11 @@ int main(int argc, char **argv)
         cmocka_unit_test(mutated_files_do_no_harm),
         cmocka_unit_test(hostile_uni),
         cmocka_unit_test(hostile_nrrd),
+        cmocka_unit_test(nrrd_types_and_places),
         cmocka_unit_test(hostile_nvdb),
         cmocka_unit_test(hostile_exr),
         cmocka_unit_test(uni_files_have_siblings),
+        cmocka_unit_test(nvdb_is_read_as_vdb_is),
         cmocka_unit_test(exr_channels_are_grids),
     };
     return cmocka_run_group_tests_name("formats", tests, temp_open, temp_close);

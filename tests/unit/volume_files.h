@@ -4,6 +4,7 @@
 #include <OpenEXR/openexr.h>
 #include <bzlib.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/tools/LevelSetSphere.h>
 #include <zlib.h>
 
 #define NANOVDB_USE_ZIP
@@ -13,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <string>
@@ -52,8 +54,9 @@ static inline Bytes load_bytes(const std::string &path)
 
 template <typename T> static void add(Bytes &to, const T *from, size_t count)
 {
-    const uint8_t *p = reinterpret_cast<const uint8_t *>(from);
-    to.insert(to.end(), p, p + count * sizeof(T));
+    const size_t old = to.size();
+    to.resize(old + count * sizeof(T));
+    if (count) memcpy(to.data() + old, from, count * sizeof(T));
 }
 static inline void add(Bytes &to, const std::string &s) { add(to, s.data(), s.size()); }
 
@@ -200,8 +203,10 @@ static inline void exr_try(exr_result_t code)
     if (code != EXR_ERR_SUCCESS) throw std::runtime_error(exr_get_default_error_message(code));
 }
 
-static inline void exr_write_part(exr_context_t f, int part, int w, int h, const float *value)
+static inline void exr_write_part(exr_context_t f, int part, int w, int h, const float *value, exr_pixel_type_t type)
 {
+    const std::vector<uint32_t> whole(value, type == EXR_PIXEL_UINT ? value + size_t(w) * size_t(h) : value);
+    const void *from = type == EXR_PIXEL_UINT ? static_cast<const void *>(whole.data()) : value;
     exr_encode_pipeline_t pipe = EXR_ENCODE_PIPELINE_INITIALIZER;
     int32_t lines;
     exr_try(exr_get_scanlines_per_chunk(f, part, &lines));
@@ -211,10 +216,10 @@ static inline void exr_write_part(exr_context_t f, int part, int w, int h, const
         exr_try(y == 0 ? exr_encoding_initialize(f, part, &chunk, &pipe) : exr_encoding_update(f, part, &chunk, &pipe));
         for (int c = 0; c < pipe.channel_count; c++) {
             exr_coding_channel_info_t *ch = &pipe.channels[c];
-            ch->user_data_type = EXR_PIXEL_FLOAT;
+            ch->user_data_type = type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
             ch->user_bytes_per_element = ch->user_pixel_stride = 4;
             ch->user_line_stride = 4 * w;
-            ch->encode_from_ptr = reinterpret_cast<const uint8_t *>(value + size_t(y) * size_t(w));
+            ch->encode_from_ptr = static_cast<const uint8_t *>(from) + 4 * size_t(y) * size_t(w);
         }
         if (y == 0) exr_try(exr_encoding_choose_default_routines(f, part, &pipe));
         exr_try(exr_encoding_run(f, part, &pipe));
@@ -240,6 +245,6 @@ static inline void write_exr(const std::string &path, const Samples &s, ExrKind 
         if (kind == EXR_STACKED) exr_try(exr_attr_set_v3i(f, part, "dims", &dims));
     }
     exr_try(exr_write_header(f));
-    for (int p = 0; p < parts; p++) exr_write_part(f, p, s.n[0], h, s.value.data() + size_t(p) * size_t(s.n[0]) * size_t(h));
+    for (int p = 0; p < parts; p++) exr_write_part(f, p, s.n[0], h, s.value.data() + size_t(p) * size_t(s.n[0]) * size_t(h), image.type);
     exr_try(exr_finish(&f));
 }
