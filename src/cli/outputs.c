@@ -112,7 +112,7 @@ bool outputs_add_frame(Outputs *o, const Track *track, const Grid *attribute, co
     o->carry_s = 0;
     track_meshes(track, o->job->open_border, &mesh[KIND_MECHANICAL], &mesh[KIND_GEOMETRIC]);
     const VolumeRequest *r = &o->job->request;
-    for (int kind = 0; kind < KIND_COUNT; kind++) attributes_sample(&mesh[kind], r->nattribute, r->attribute, attribute);
+    for (int kind = 0; kind < KIND_COUNT; kind++) attributes_sample(&mesh[kind], attribute ? r->nattribute : 0, r->attribute, attribute);
     bool good = write_frame(o, mesh, track, label, frames, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) {
         if (o->nframe) trimesh_free(&o->last[kind]);

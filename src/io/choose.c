@@ -126,6 +126,8 @@ bool volume_read_attribute(VolumeFile *f, const char *name, Grid *out, Err *err)
     } else if (find_triple(f, name, at)) {
         grid_init(out, 3);
         ok = read_triple(f, name, at, out, err);
+    } else if (is_nameless(f)) {
+        return fail(err, ERR_USAGE, "%s: holds one grid without a name; leave out --attribute", f->path);
     } else {
         list_grids(f, 0, have, sizeof have);
         return fail(err, ERR_INPUT, "%s: there is no grid '%.100s' for --attribute; grids: %s", f->path, name, have);

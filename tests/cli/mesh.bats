@@ -240,6 +240,8 @@ bounds_of() { "$twinmesh" info --json "$1" | sed -E 's/.*"bounds":\{"from":\[([^
     expect 3 heat "velocity"
     mesh balls.0001.npy --attribute a,,b
     expect 2 --attribute
+    mesh balls.0001.npy --attribute a
+    expect 2 balls.0001.npy "without a name"
 }
 
 # --- naming frames --------------------------------------------------------------------------------
