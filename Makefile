@@ -15,7 +15,7 @@ endif
 
 # What Debian 12 must have: to build, and to check.
 BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev \
-	libjansson-dev libopenexr-dev
+	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats mandoc
 
 FLAGS_release = -O3 -DNDEBUG
@@ -35,7 +35,7 @@ COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -fno-tree-slp-v
 ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
 # The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LIBS = -lopenvdb -ltbb -lImath -ltinygltf -ljansson -lOpenEXRCore -lm
+LIBS = -lopenvdb -ltbb -lImath -ltinygltf -lOpenEXRCore -ljansson -lblosc -lz -lbz2 -lm
 
 B = build/$(config)
 OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))
@@ -154,13 +154,14 @@ golden: all
 
 MAN = $(DESTDIR)$(PREFIX)/share/man
 install: all
-	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)/man1 $(MAN)/man5
+	install -d $(DESTDIR)$(PREFIX)/bin $(MAN)/man1 $(MAN)/man5 $(MAN)/man7
 	install -m 755 $(B)/twinmesh $(DESTDIR)$(PREFIX)/bin/twinmesh
 	install -m 644 man/*.1 $(MAN)/man1
 	install -m 644 man/*.5 $(MAN)/man5
+	install -m 644 man/*.7 $(MAN)/man7
 
 uninstall:
-	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(patsubst man/%,$(MAN)/man1/%,$(wildcard man/*.1)) $(patsubst man/%,$(MAN)/man5/%,$(wildcard man/*.5))
+	rm -f $(DESTDIR)$(PREFIX)/bin/twinmesh $(foreach k,1 5 7,$(patsubst man/%,$(MAN)/man$(k)/%,$(wildcard man/*.$(k))))
 
 clean:
 	rm -rf build

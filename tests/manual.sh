@@ -2,9 +2,9 @@
 # The manual pages: no complaint from mandoc, and every option with the default the program really has.
 cd "$(dirname "$0")/.." || exit 1
 bad=0
-mandoc -Tlint -W warning man/*.[15] || bad=1
+mandoc -Tlint -W warning man/*.[157] || bad=1
 
-check_command() { # mesh, field
+check_command() { # mesh, field, info
     local page help command=$1
     page=$(mandoc -Tascii -O width=200 man/twinmesh-$command.1 | sed 's/.\x08//g')
     help=$("${TWINMESH:-build/release/twinmesh}" "$command" --help) || { bad=1; return; }
@@ -29,4 +29,5 @@ check_command() { # mesh, field
 }
 check_command mesh
 check_command field
+check_command info
 exit $bad

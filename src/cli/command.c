@@ -18,7 +18,7 @@ static const struct {
     {"farm", "cut a sequence into chunks and stitch the results", NULL},
     {"report", "a page of plots and events", NULL},
     {"diff", "compare two meshes or sequences", NULL},
-    {"info", "what a volume or mesh file holds", NULL},
+    {"info", "what a volume or mesh file holds", info_command},
 };
 enum { COMMAND_COUNT = sizeof command / sizeof *command };
 

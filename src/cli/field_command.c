@@ -64,34 +64,34 @@ static const char *say_real(double x, char out[32])
     return out;
 }
 
-/* .npy and .exr cannot say it themselves. */
+/* .npy cannot say it itself. */
 static void say_place(FieldRun *run)
 {
     const Scene *s = &run->scene;
     char text[4][32];
-    console_note(&run->console, "%d x %d x %d samples, negative inside; files that cannot say where are to be read with --spacing %s --origin %s,%s,%s", s->n[0], s->n[1], s->n[2],
+    console_note(&run->console, "%d x %d x %d samples, negative inside; a .npy is to be read with --spacing %s --origin %s,%s,%s", s->n[0], s->n[1], s->n[2],
                  say_real(s->voxel, text[0]), say_real(s->origin.x, text[1]), say_real(s->origin.y, text[2]), say_real(s->origin.z, text[3]));
 }
 
 static bool field_open(FieldRun *run, const Options *o, Err *err)
 {
     char first[FRAME_PATH_MAX];
-    run->pattern = option_text(o, (OptionId)FIELD_OUTPUT);
+    run->pattern = option_text(o, FIELD_OUTPUT);
     if (o->noperand != 1) return fail(err, ERR_USAGE, "one scene is to be named, such as scene.json");
     if (!run->pattern) return fail(err, ERR_USAGE, "-o PATTERN is missing: give the names of the files, such as -o phi.####.vdb");
     if (!volume_can_write(run->pattern)) return fail(err, ERR_USAGE, "--output %.400s: volumes are written as .vdb, .npy or .exr; end the name so", run->pattern);
     if (!scene_load(o->operand[0], &run->scene, err)) return false;
     const Scene *s = &run->scene;
-    if (!sequence_open_numbers(&run->sequence, s->path, s->first, s->last, option_text(o, (OptionId)FIELD_FRAMES), err)) return false;
+    if (!sequence_open_numbers(&run->sequence, s->path, s->first, s->last, option_text(o, FIELD_FRAMES), err)) return false;
     return pattern_name(run->pattern, s->first, sequence_length(&run->sequence) == 1, first, err);
 }
 
 static int field_run(FieldRun *run, const Options *o)
 {
     Err err = {0};
-    Loudness loud = option_given(o, (OptionId)FIELD_QUIET) ? LOUD_QUIET : option_given(o, (OptionId)FIELD_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL;
+    Loudness loud = option_given(o, FIELD_QUIET) ? LOUD_QUIET : option_given(o, FIELD_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL;
     run->console = console_make(loud);
-    thread_set_count(option_given(o, (OptionId)FIELD_THREADS) ? option_int(o, (OptionId)FIELD_THREADS) : thread_hardware_count());
+    thread_set_count(option_given(o, FIELD_THREADS) ? option_int(o, FIELD_THREADS) : thread_hardware_count());
     bool opened = field_open(run, o, &err), ok = opened;
     if (opened) say_place(run);
     if (opened) ok = write_all(run, &err);
@@ -116,12 +116,12 @@ int field_command(int argc, char **argv)
     if (!options_parse_by(&options, &field_options, argc, argv, &err)) {
         fprintf(stderr, "twinmesh field: %s\n", err.text);
         status = (int)err.code;
-    } else if (option_given(&options, (OptionId)FIELD_HELP)) {
+    } else if (option_given(&options, FIELD_HELP)) {
         puts("twinmesh field SCENE.json -o PATTERN\n\n"
              "Samples a scene of skeleton elements into a sequence of volumes, negative inside, and names each on standard\n"
              "output when it is finished. The ending of PATTERN chooses the format: .vdb, .npy or .exr.");
         options_print_table(stdout, &field_options);
-    } else if (option_given(&options, (OptionId)FIELD_VERSION)) {
+    } else if (option_given(&options, FIELD_VERSION)) {
         puts("twinmesh " TWINMESH_VERSION);
     } else {
         status = field_run(&run, &options);

@@ -13,11 +13,32 @@ static void request_fill(VolumeRequest *r, const Options *o)
         .raw_type = option_text(o, OPT_TYPE),
         .raw_order = option_text(o, OPT_ORDER),
     };
+    r->has_origin = option_given(o, OPT_ORIGIN);
     for (int i = 0; i < 3; i++) {
         r->raw_dims[i] = (int)o->value[OPT_DIMS].real[i];
-        r->spacing[i] = o->value[OPT_SPACING].real[i];
+        r->spacing[i] = option_given(o, OPT_SPACING) ? o->value[OPT_SPACING].real[i] : 0;
         r->origin[i] = o->value[OPT_ORIGIN].real[i];
     }
+}
+
+/* "a,b,c" into names. */
+static bool attributes_fill(MeshJob *job, const Options *o, Err *err)
+{
+    const char *given = option_text(o, OPT_ATTRIBUTE);
+    if (!given) return true;
+    if (strlen(given) >= sizeof job->attribute_text) return fail(err, ERR_USAGE, "--attribute: its list of names is too long");
+    strcpy(job->attribute_text, given);
+    int n = 0;
+    for (char *name = job->attribute_text, *comma; name; name = comma) {
+        comma = strchr(name, ',');
+        if (comma) *comma++ = 0;
+        if (!*name) return fail(err, ERR_USAGE, "--attribute %s: names with commas between are wanted, such as density,heat", given);
+        if (n == ATTRIBUTES_MAX) return fail(err, ERR_USAGE, "--attribute: at most %d grids can be sampled", ATTRIBUTES_MAX);
+        job->attribute[n++] = name;
+    }
+    job->request.nattribute = n;
+    job->request.attribute = job->attribute;
+    return true;
 }
 
 /* The method's own defaults stand where nothing was given; a unit test holds the table to them. */
@@ -47,6 +68,8 @@ static void track_fill(TrackSettings *set, const Options *o)
     set->mech.kind = option_choice(o, OPT_MECHANICS) == 0 ? MECHANICS_FEM : MECHANICS_SPRING;
     set->topology = (TopologyKind)option_choice(o, OPT_TOPOLOGY);
     set->fps = option_real(o, OPT_FPS);
+    set->own_motion = option_given(o, OPT_SURFACE_VELOCITY);
+    set->rest = option_given(o, OPT_REST);
 }
 
 static bool job_check(const MeshJob *job, const Options *o, Err *err)
@@ -78,6 +101,8 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
         .print = option_given(o, OPT_PRINT),
+        .turn = {.up = option_given(o, OPT_UP) ? (UpAxis)option_choice(o, OPT_UP) : UP_AS_IT_IS,
+                 .scale = option_real(o, OPT_SCALE)},
         .frames = option_text(o, OPT_FRAMES),
         .on_error = (OnError)option_choice(o, OPT_ON_ERROR),
         .iso = option_given(o, OPT_ISO) ? option_real(o, OPT_ISO) : NAN,
@@ -94,7 +119,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
     };
     request_fill(&job->request, o);
     track_fill(&job->track, o);
-    return job_check(job, o, err);
+    return attributes_fill(job, o, err) && job_check(job, o, err);
 }
 
 /* Of volumes it says nothing. */

@@ -2,6 +2,7 @@
 #pragma once
 #include "cli/console.h"
 #include "cli/options.h"
+#include "cli/turn.h"
 #include "io/volume.h"
 #include "report/report.h"
 #include "scene/scene.h"
@@ -9,6 +10,7 @@
 #include "track/track.h"
 
 enum { FORMAT_PLY = 1, FORMAT_GLB = 2, FORMAT_GLTF = 4, FORMAT_VAT = 8 }; /* bits, as options.def lists them */
+enum { ATTRIBUTES_MAX = 32 };
 typedef enum OnError { ON_ERROR_STOP, ON_ERROR_SKIP, ON_ERROR_HOLD } OnError;
 typedef enum VelocityUnits { VELOCITY_BY_GRID = -1, VELOCITY_WORLD, VELOCITY_VOXEL, VELOCITY_MANTAFLOW } VelocityUnits;
 
@@ -17,12 +19,15 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    Turn turn;                  /* of what is written */
     const char *frames;         /* A-B[xS]; NULL: all */
     bool has_scene;             /* the frames are a scene's */
     Scene scene;
     bool trilinear;             /* its vertices land on the samples' surface */
     OnError on_error;
     VolumeRequest request;
+    char attribute_text[1000];  /* cut into names, which request.attribute points to: a job stays where it was made */
+    const char *attribute[ATTRIBUTES_MAX];
     double iso;                 /* NaN: by the grid */
     int inside;                 /* 1 above, -1 below, 0 by the grid */
     bool open_border;
@@ -32,6 +37,7 @@ typedef struct MeshJob {
     Loudness loudness;
 } MeshJob;
 
+/* *job is not to be moved afterwards. */
 bool job_make(MeshJob *job, const Options *o, Err *err);
 /* Loads the scene where one is named as the frames, with its frame rate where no other is given. job_free in any case. */
 bool job_load_scene(MeshJob *job, Options *o, Err *err);

@@ -86,7 +86,7 @@ static bool track_one(Run *run, ReadFrame *f, double wait_s, Err *err)
 
     double start = console_clock();
     int gap = intervals(run->shown, number, run->step);
-    if (!outputs_add_frame(&run->out, run->track, f->frame.digits, gap, err)) return false;
+    if (!outputs_add_frame(&run->out, run->track, f->attribute, f->frame.digits, gap, err)) return false;
     StageSeconds seconds = report_stages(&stat);
     seconds.wait = wait_s;
     seconds.carry = run->out.carry_s;

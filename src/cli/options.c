@@ -13,16 +13,24 @@ const OptionSpec option_table[OPTION_COUNT] = {
 #include "cli/options.def"
 };
 
-static const OptionSpec field_table[FIELD_OPTION_COUNT] = {
+/* The tables of the other commands have no headings, and nothing that the report's settings hold. */
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
     {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+static const OptionSpec field_table[] = {
 #include "cli/field.def"
 };
-_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+static const OptionSpec info_table[] = {
+#include "cli/info.def"
+};
+_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
+const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
 

@@ -32,20 +32,26 @@ typedef struct OptionSpec {
 
 extern const OptionSpec option_table[OPTION_COUNT];
 
-/* `twinmesh field` has a table of its own (field.def). */
+/* Each command has a table of its own; an option's number is its place in it. */
 typedef enum FieldOptionId {
 #define SECTION(heading)
 #define OPTION(id, ...) FIELD_##id,
 #include "cli/field.def"
     FIELD_OPTION_COUNT
 } FieldOptionId;
+typedef enum InfoOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) INFO_##id,
+#include "cli/info.def"
+    INFO_OPTION_COUNT
+} InfoOptionId;
 
 typedef struct OptionTable {
     const char *command;
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options;
+extern const OptionTable mesh_options, field_options, info_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */
@@ -68,11 +74,11 @@ bool options_parse(Options *o, int argc, char **argv, Err *err);
 bool options_parse_by(Options *o, const OptionTable *table, int argc, char **argv, Err *err);
 void options_free(Options *o);
 
-static inline double option_real(const Options *o, OptionId id) { return o->value[id].real[0]; }
-static inline int option_int(const Options *o, OptionId id) { return (int)o->value[id].real[0]; }
-static inline int option_choice(const Options *o, OptionId id) { return o->value[id].choice; }
-static inline bool option_given(const Options *o, OptionId id) { return o->value[id].given; }
-static inline const char *option_text(const Options *o, OptionId id) { return o->value[id].text; }
+static inline double option_real(const Options *o, int id) { return o->value[id].real[0]; }
+static inline int option_int(const Options *o, int id) { return (int)o->value[id].real[0]; }
+static inline int option_choice(const Options *o, int id) { return o->value[id].choice; }
+static inline bool option_given(const Options *o, int id) { return o->value[id].given; }
+static inline const char *option_text(const Options *o, int id) { return o->value[id].text; }
 
 /* The table of `mesh` as --help shows it, with its headings; any table, without. */
 void options_print(FILE *out);

@@ -1,5 +1,6 @@
 #include "cli/outputs.h"
 
+#include "cli/attributes.h"
 #include "io/ply.h"
 
 #include <stdio.h>
@@ -68,10 +69,11 @@ static bool write_ply(const Outputs *o, int kind, const TriMesh *mesh, const cha
     return good;
 }
 
-/* `track`: NULL for a frame that is held, whose connectivity is that of the last. */
-static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const Track *track, int frames, Err *err)
+/* `shown`: the mesh as it is written. `track`: NULL for a frame that is held, whose connectivity is that of the last. */
+static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const TriMesh *shown, const Track *track, int frames, Err *err)
 {
     if (!(o->job->formats & (FORMAT_GLB | FORMAT_GLTF))) return true;
+    const Turn *turn = &o->job->turn;
     const TriMesh *last = &o->last[kind];
     float *pos = NULL, *normal = NULL;
     if (track && o->nframe && !trimesh_is_same_run(last, mesh)) {
@@ -79,25 +81,39 @@ static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const Track *t
         normal = NEW(float, 3 * last->nvert);
         double start = console_clock();
         track_carry(track, last, pos, normal);
+        turn_vectors(turn, turn->scale, last->nvert, pos);
+        turn_vectors(turn, 1, last->nvert, normal);
         o->carry_s += console_clock() - start;
     }
     bool good = true;
     for (int file = 0; file < GLTF_FILE_COUNT; file++)
-        if (o->gltf[kind][file]) good = good && gltf_add_frame(o->gltf[kind][file], mesh, pos, normal, frames, err);
+        if (o->gltf[kind][file]) good = good && gltf_add_frame(o->gltf[kind][file], shown, pos, normal, frames, err);
     mem_free(pos);
     mem_free(normal);
     return good;
 }
 
-bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int frames, Err *err)
+/* A frame's meshes in all formats wanted; the PLYs first. */
+static bool write_frame(Outputs *o, const TriMesh mesh[KIND_COUNT], const Track *track, const char *label, int frames, Err *err)
+{
+    TriMesh shown[KIND_COUNT];
+    bool good = true;
+    for (int kind = 0; kind < KIND_COUNT; kind++) shown[kind] = turn_mesh(&o->job->turn, &mesh[kind]);
+    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &shown[kind], label, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        good = good && write_gltf(o, kind, &mesh[kind], &shown[kind], track, frames, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) turn_free(&shown[kind]);
+    return good;
+}
+
+bool outputs_add_frame(Outputs *o, const Track *track, const Grid *attribute, const char *label, int frames, Err *err)
 {
     TriMesh mesh[KIND_COUNT];
     o->carry_s = 0;
     track_meshes(track, o->job->open_border, &mesh[KIND_MECHANICAL], &mesh[KIND_GEOMETRIC]);
-    bool good = true;
-    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &mesh[kind], label, err);
-    for (int kind = 0; kind < KIND_COUNT; kind++)
-        good = good && write_gltf(o, kind, &mesh[kind], track, frames, err);
+    const VolumeRequest *r = &o->job->request;
+    for (int kind = 0; kind < KIND_COUNT; kind++) attributes_sample(&mesh[kind], attribute ? r->nattribute : 0, r->attribute, attribute);
+    bool good = write_frame(o, mesh, track, label, frames, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) {
         if (o->nframe) trimesh_free(&o->last[kind]);
         o->last[kind] = mesh[kind];
@@ -109,10 +125,7 @@ bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int fr
 bool outputs_hold_frame(Outputs *o, const char *label, int frames, Err *err)
 {
     ASSERT(o->nframe > 0);
-    bool good = true;
-    for (int kind = 0; kind < KIND_COUNT; kind++)
-        good = good && write_ply(o, kind, &o->last[kind], label, err) &&
-               write_gltf(o, kind, &o->last[kind], NULL, frames, err);
+    bool good = write_frame(o, o->last, NULL, label, frames, err);
     o->nframe++;
     return good;
 }

@@ -22,8 +22,9 @@ typedef struct Outputs {
 
 /* `fps`: frames a second of the glTF. False leaves nothing behind. */
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err);
-/* The meshes of the frame just tracked. `frames`: intervals since the last one shown. */
-bool outputs_add_frame(Outputs *o, const Track *track, const char *label, int frames, Err *err);
+/* The meshes of the frame just tracked, with the job's attributes from `attribute` (NULL: without). `frames`: intervals
+ * since the last one shown. */
+bool outputs_add_frame(Outputs *o, const Track *track, const Grid *attribute, const char *label, int frames, Err *err);
 /* The last meshes once more. */
 bool outputs_hold_frame(Outputs *o, const char *label, int frames, Err *err);
 /* Ends and names what is open; everything is tried, err tells of the first failure. */

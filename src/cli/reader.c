@@ -29,6 +29,8 @@ void readframe_free(ReadFrame *f)
     field_free(&f->field);
     scene_frame_free(f->scene);
     if (f->has_velocity) grid_free(&f->velocity);
+    for (int i = 0; i < f->nattribute; i++) grid_free(&f->attribute[i]);
+    mem_free(f->attribute);
     *f = (ReadFrame){0};
 }
 
@@ -70,6 +72,12 @@ static bool read_frame(Reader *r, ReadFrame *f)
         f->has_velocity = true;
         v.velocity = (Grid){0};
         v.has_velocity = false;
+    }
+    if (good) {
+        f->nattribute = v.nattribute;
+        f->attribute = v.attribute;
+        v.nattribute = 0;
+        v.attribute = NULL;
     }
     volume_free(&v);
     return good;

@@ -15,6 +15,8 @@ typedef struct ReadFrame {
     bool has_velocity;
     Grid velocity;             /* world units a second */
     VelocityUnits units;       /* it came in */
+    int nattribute;
+    Grid *attribute;           /* [nattribute] as the job names them */
     char surface[300];         /* how the surface was chosen; "" when that was said before */
     double seconds;
 } ReadFrame;

@@ -9,7 +9,8 @@ static const double MANTAFLOW_VOXELS_A_SECOND = 2.5;
 VelocityUnits velocity_units_of(const Grid *g, const char *name, VelocityUnits asked)
 {
     if (asked != VELOCITY_BY_GRID) return asked;
-    return g->staggered && strcmp(name, "velocity") == 0 ? VELOCITY_MANTAFLOW : VELOCITY_WORLD;
+    bool mantaflow = strcmp(name, "velocity") == 0 || strcmp(name, "vel") == 0; /* in its .vdb and its .uni */
+    return g->staggered && mantaflow ? VELOCITY_MANTAFLOW : VELOCITY_WORLD;
 }
 
 const char *velocity_units_say(VelocityUnits units)

@@ -1,5 +1,6 @@
-#include "io/io_priv.h"
+#include "io/stream.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 enum { CHUNK_BYTES = 1 << 16 };
@@ -20,7 +21,10 @@ static float dense_sample(DenseType type, const uint8_t *p)
     uint64_t bits = 0;
     for (int i = 0; i < type.size; i++) bits |= (uint64_t)p[type.big_endian ? type.size - 1 - i : i] << 8 * i;
     if (type.kind == 'u') return (float)bits;
-    if (type.kind == 'i') return type.size == 1 ? (float)(int8_t)bits : (float)(int16_t)bits;
+    if (type.kind == 'i') {
+        int unused = 64 - 8 * type.size; /* the sign moves up to the top and back */
+        return (float)((int64_t)(bits << unused) >> unused);
+    }
     if (type.size == 2) return half_to_float((uint16_t)bits);
     if (type.size == 4) {
         float f;
@@ -33,67 +37,167 @@ static float dense_sample(DenseType type, const uint8_t *p)
     return (float)d;
 }
 
-static bool is_sized(InFile *in, int64_t at, DenseType type, const int n[3], Err *err)
+/* --- sizes and places --------------------------------------------------------------------------- */
+
+bool dense_count(const char *path, const int n[3], int ncomp, int64_t *count, Err *err)
 {
     for (int a = 0; a < 3; a++) {
         if (n[a] < 1)
-            return fail(err, ERR_INPUT, "%s: %d x %d x %d samples are no volume; each must be 1 or more", in->path, n[0],
-                        n[1], n[2]);
+            return fail(err, ERR_INPUT, "%.600s: %d x %d x %d samples are no volume; each must be 1 or more", path, n[0], n[1], n[2]);
         if (n[a] > DENSE_SIDE_MAX)
-            return fail(err, ERR_INPUT, "%s: %d x %d x %d samples: no side may be longer than %d", in->path, n[0], n[1],
-                        n[2], DENSE_SIDE_MAX);
+            return fail(err, ERR_INPUT, "%.600s: %d x %d x %d samples: no side may be longer than %d", path, n[0], n[1], n[2],
+                        DENSE_SIDE_MAX);
     }
-    int64_t plane = (int64_t)n[0] * n[1], want; /* at most 2^40 */
-    if (__builtin_mul_overflow(plane, (int64_t)n[2] * type.size, &want) || want != in->length - at)
-        return fail(err, ERR_INPUT,
-                    "%s: %d x %d x %d samples of %d bytes do not fit the file, which holds %lld bytes of samples; "
-                    "it is cut short, or its dimensions or type are others",
-                    in->path, n[0], n[1], n[2], type.size, (long long)(in->length - at));
+    *count = (int64_t)n[0] * n[1] * n[2] * ncomp; /* below 2^62 */
     return true;
 }
 
-static bool place_grid(const VolumeRequest *r, const char *path, Grid *out, Err *err)
+static bool misfit(const char *path, const int n[3], int64_t size, const char *holds, int64_t bytes, Err *err)
 {
+    return fail(err, ERR_INPUT,
+                "%.600s: %d x %d x %d samples of %lld bytes do not fit the file, which holds %s%lld bytes of samples; "
+                "it is cut short, or its dimensions or type are others",
+                path, n[0], n[1], n[2], (long long)size, holds, (long long)bytes);
+}
+
+bool dense_place(const char *path, const VolumeRequest *r, const Affine *own, Grid *out, Err *err)
+{
+    if (own) out->xform = *own;
     for (int a = 0; a < 3; a++) {
-        double h = r->spacing[a] == 0 ? 1 : r->spacing[a];
-        if (!(isfinite(h) && h > 0)) return fail(err, ERR_USAGE, "%s: a voxel size must be above 0 (--spacing)", path);
-        if (!isfinite(r->origin[a])) return fail(err, ERR_USAGE, "%s: an origin must be finite (--origin)", path);
-        for (int b = 0; b < 3; b++) out->xform.m[a][b] = a == b ? h : 0;
-        v_set(&out->xform.t, a, r->origin[a]);
+        if (r->spacing[a] != 0)
+            for (int b = 0; b < 3; b++) out->xform.m[b][a] = a == b ? r->spacing[a] : 0;
+        if (r->has_origin) v_set(&out->xform.t, a, r->origin[a]);
+        if (!(isfinite(r->spacing[a]) && r->spacing[a] >= 0))
+            return fail(err, ERR_USAGE, "%.600s: a voxel size must be above 0 (--spacing)", path);
+        if (!(fabs(v_get(out->xform.t, a)) <= 1e12))
+            return fail(err, ERR_USAGE, "%.600s: an origin must be finite, and 1e12 at most (--origin)", path);
     }
-    if (!affine_invert(&out->xform)) return fail(err, ERR_USAGE, "%s: a voxel size is out of range (--spacing)", path);
+    if (!affine_invert(&out->xform)) return fail(err, ERR_USAGE, "%.600s: a voxel size is out of range (--spacing)", path);
     return true;
 }
 
-bool dense_read(InFile *in, int64_t at, DenseType type, const int n[3], bool x_fastest, const VolumeRequest *request,
-                Grid *out, Err *err)
+/* --- samples ------------------------------------------------------------------------------------ */
+
+/* Where the values go in an array with x fastest and a sample's components together. */
+typedef struct Filler {
+    size_t side[3], step[3]; /* of the file's fastest, middle and slowest index */
+    size_t at[3], comp, ncomp;
+    float *value;
+} Filler;
+
+static Filler filler_make(DenseShape shape, int ncomp, float *value)
 {
-    if (!is_sized(in, at, type, n, err) || !place_grid(request, in->path, out, err)) return false;
-    /* steps in the array, x fastest, for the fastest, middle and slowest index of the file */
-    size_t nx = (size_t)n[0], ny = (size_t)n[1], nz = (size_t)n[2], total = nx * ny * nz;
-    size_t side[3] = {x_fastest ? nx : nz, ny, x_fastest ? nz : nx};
-    size_t step[3] = {x_fastest ? 1 : nx * ny, nx, x_fastest ? nx * ny : 1};
-    size_t size = (size_t)type.size, i = 0, j = 0, k = 0;
+    size_t nx = (size_t)shape.n[0], ny = (size_t)shape.n[1], nz = (size_t)shape.n[2];
+    bool x = shape.x_fastest;
+    return (Filler){.side = {x ? nx : nz, ny, x ? nz : nx},
+                    .step = {x ? 1 : nx * ny, nx, x ? nx * ny : 1},
+                    .ncomp = (size_t)ncomp,
+                    .value = value};
+}
+
+static void filler_put(Filler *f, float v)
+{
+    f->value[(f->at[0] * f->step[0] + f->at[1] * f->step[1] + f->at[2] * f->step[2]) * f->ncomp + f->comp] = v;
+    if (++f->comp < f->ncomp) return;
+    f->comp = 0;
+    for (int a = 0; a < 2; a++) {
+        if (++f->at[a] < f->side[a]) return;
+        f->at[a] = 0;
+    }
+    f->at[2]++;
+}
+
+bool dense_read(Stream *s, const char *path, DenseType type, DenseShape shape, Grid *out, Err *err)
+{
+    int64_t total, want, most = stream_most(s);
+    if (!dense_count(path, shape.n, out->ncomp, &total, err)) return false;
+    if (__builtin_mul_overflow(total, (int64_t)type.size, &want) || want > most)
+        return misfit(path, shape.n, type.size * out->ncomp, "at most ", most, err);
+    size_t size = (size_t)type.size, got = 0;
     uint8_t *chunk = NEW(uint8_t, CHUNK_BYTES);
     float *value = NEW(float, total);
+    Filler filler = filler_make(shape, out->ncomp, value);
     bool ok = true;
-    for (size_t done = 0; done < total && ok;) {
-        size_t count = total - done < CHUNK_BYTES / size ? total - done : CHUNK_BYTES / size;
-        ok = infile_read(in, at + (int64_t)(done * size), count * size, chunk, err);
-        for (size_t s = 0; s < count && ok; s++) {
-            value[i * step[0] + j * step[1] + k * step[2]] = dense_sample(type, chunk + s * size);
-            if (++i == side[0]) {
-                i = 0;
-                if (++j == side[1]) {
-                    j = 0;
-                    k++;
-                }
-            }
-        }
-        done += count;
+    for (int64_t done = 0; done < total && ok;) {
+        size_t count = total - done < (int64_t)(CHUNK_BYTES / size) ? (size_t)(total - done) : CHUNK_BYTES / size;
+        ok = stream_read(s, count * size, chunk, err);
+        for (size_t i = 0; i < count && ok; i++) filler_put(&filler, dense_sample(type, chunk + i * size));
+        done += (int64_t)count;
     }
-    if (ok) grid_from_dense(out, value, n);
+    ok = ok && stream_take(s, 1, chunk, &got, err);
+    if (ok && got) ok = misfit(path, shape.n, type.size * out->ncomp, "more than ", want, err);
+    if (ok) grid_from_dense(out, value, shape.n);
     mem_free(value);
     mem_free(chunk);
+    return ok;
+}
+
+/* --- numbers as text ---------------------------------------------------------------------------- */
+
+/* The stream's words, cut at blanks and commas. */
+typedef struct Words {
+    Stream *s;
+    size_t at, end;
+    char text[4096];
+} Words;
+
+static bool words_char(Words *w, char *c, Err *err)
+{
+    *c = 0;
+    if (w->at == w->end) {
+        w->at = 0;
+        if (!stream_take(w->s, sizeof w->text, w->text, &w->end, err)) return false;
+        if (w->end == 0) return true;
+    }
+    *c = w->text[w->at++];
+    return true;
+}
+
+static bool is_between(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == ',' || c == '\v' || c == '\f'; }
+
+/* The next word, "" at the end. A word too long for a number is cut. */
+static bool words_next(Words *w, char *word, size_t size, Err *err)
+{
+    size_t n = 0;
+    char c;
+    do {
+        if (!words_char(w, &c, err)) return false;
+    } while (is_between(c));
+    while (c && !is_between(c)) {
+        if (n + 1 < size) word[n++] = c;
+        if (!words_char(w, &c, err)) return false;
+    }
+    word[n] = 0;
+    return true;
+}
+
+static bool read_words(Words *w, const char *path, Filler *f, int64_t total, Err *err)
+{
+    char word[64], *end;
+    for (int64_t i = 0; i < total; i++) {
+        if (!words_next(w, word, sizeof word, err)) return false;
+        double v = strtod(word, &end);
+        if (end == word || *end)
+            return fail(err, ERR_INPUT, "%.600s: %s where sample %lld of %lld should be; write the file again", path,
+                        word[0] ? "something else than a number stands" : "it ends", (long long)i, (long long)total);
+        filler_put(f, (float)v);
+    }
+    if (!words_next(w, word, sizeof word, err)) return false;
+    if (word[0]) return fail(err, ERR_INPUT, "%.600s: holds more numbers than the %lld samples of its dimensions", path, (long long)total);
+    return true;
+}
+
+bool dense_read_text(Stream *s, const char *path, DenseShape shape, Grid *out, Err *err)
+{
+    int64_t total, most = stream_most(s);
+    if (!dense_count(path, shape.n, out->ncomp, &total, err)) return false;
+    /* a digit each, and something between */
+    if (total > most / 2 + 1) return misfit(path, shape.n, 2, "at most ", most, err);
+    float *value = NEW(float, total);
+    Filler filler = filler_make(shape, out->ncomp, value);
+    Words w = {.s = s};
+    bool ok = read_words(&w, path, &filler, total, err);
+    if (ok) grid_from_dense(out, value, shape.n);
+    mem_free(value);
     return ok;
 }

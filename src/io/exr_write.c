@@ -21,7 +21,15 @@ static void say_nothing(exr_const_context_t context, exr_result_t code, const ch
     (void)context, (void)code, (void)text;
 }
 
-static bool add_parts(exr_context_t c, const int n[3])
+/* Where the samples are, as the reader wants to know it: in the first part. */
+static bool add_place(exr_context_t c, const Affine *xform)
+{
+    const exr_attr_v3d_t spacing = {.x = xform->m[0][0], .y = xform->m[1][1], .z = xform->m[2][2]};
+    const exr_attr_v3d_t origin = {.x = xform->t.x, .y = xform->t.y, .z = xform->t.z};
+    return exr_attr_set_v3d(c, 0, "spacing", &spacing) == EXR_ERR_SUCCESS && exr_attr_set_v3d(c, 0, "origin", &origin) == EXR_ERR_SUCCESS;
+}
+
+static bool add_parts(exr_context_t c, const Affine *xform, const int n[3])
 {
     bool ok = true;
     for (int z = 0; ok && z < n[2]; z++) {
@@ -32,7 +40,7 @@ static bool add_parts(exr_context_t c, const int n[3])
              exr_initialize_required_attr_simple(c, part, n[0], n[1], EXR_COMPRESSION_NONE) == EXR_ERR_SUCCESS &&
              exr_add_channel(c, part, "phi", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LINEAR, 1, 1) == EXR_ERR_SUCCESS;
     }
-    return ok && exr_write_header(c) == EXR_ERR_SUCCESS;
+    return ok && add_place(c, xform) && exr_write_header(c) == EXR_ERR_SUCCESS;
 }
 
 static bool add_rows(exr_context_t c, const Grid *g, const int n[3])
@@ -62,7 +70,7 @@ bool exr_write(OutFile *f, const Grid *g, Err *err)
     how.error_handler_fn = say_nothing;
     exr_context_t c;
     if (exr_start_write(&c, f->path, EXR_WRITE_FILE_DIRECTLY, &how) != EXR_ERR_SUCCESS) return outfile_fail(f, err);
-    bool ok = add_parts(c, n) && add_rows(c, g, n);
+    bool ok = add_parts(c, &g->xform, n) && add_rows(c, g, n);
     if (!ok) outfile_fail(f, err);
     bool finished = exr_finish(&c) == EXR_ERR_SUCCESS;
     return ok && (finished || outfile_fail(f, err));

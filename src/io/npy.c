@@ -1,6 +1,6 @@
 /* The .npy format: magic, version, length of the header, the header (a Python dictionary of three entries as text),
  * the samples. https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html */
-#include "io/io_priv.h"
+#include "io/stream.h"
 
 #include <string.h>
 
@@ -151,18 +151,35 @@ static bool header_read(InFile *in, Header *h, Err *err)
     return ok;
 }
 
-bool npy_read(const char *path, const VolumeRequest *request, Volume *out, Err *err)
-{
-    if (request->grid || request->velocity)
-        return fail(err, ERR_USAGE, "%s: a .npy file has no named grids; leave out --grid and --velocity", path);
+typedef struct NpyFile {
+    VolumeFile base;
     InFile in;
-    Header h = {0};
-    if (!infile_open(&in, path, err)) return false;
-    bool ok = header_read(&in, &h, err);
-    int n[3];
-    for (int a = 0; a < 3; a++) n[a] = h.shape[a] > INT32_MAX ? INT32_MAX : (int)h.shape[a];
+    Header header;
+} NpyFile;
+
+static bool npy_open(VolumeFile *f, Err *err)
+{
+    NpyFile *npy = (NpyFile *)f;
+    if (!infile_open(&npy->in, f->path, err) || !header_read(&npy->in, &npy->header, err)) return false;
+    static const char *const names[] = {"half", "float", "double"};
+    volume_add_entry(f, "", names[npy->header.type.size / 4], 1);
+    return true;
+}
+
+static bool npy_read(VolumeFile *f, int i, Grid *out, Err *err)
+{
+    NpyFile *npy = (NpyFile *)f;
+    const Header *h = &npy->header;
+    (void)i;
     /* array[i][j][k] is the sample (i, j, k): Fortran's order has i fastest */
-    ok = ok && dense_read(&in, h.data_at, h.type, n, h.fortran, request, &out->surface, err);
-    infile_close(&in);
+    DenseShape shape = {.x_fastest = h->fortran};
+    for (int a = 0; a < 3; a++) shape.n[a] = h->shape[a] > INT32_MAX ? INT32_MAX : (int)h->shape[a];
+    Stream *s = stream_open(&npy->in, h->data_at, STREAM_PLAIN, err);
+    bool ok = s && dense_place(f->path, f->request, NULL, out, err) && dense_read(s, f->path, h->type, shape, out, err);
+    stream_close(s);
     return ok;
 }
+
+static void npy_close(VolumeFile *f) { infile_close(&((NpyFile *)f)->in); }
+
+const Format NPY_FORMAT = {"NumPy array", ".npy", sizeof(NpyFile), npy_open, npy_read, npy_close};

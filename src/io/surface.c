@@ -34,6 +34,13 @@ static bool has_both_signs(const Grid *g)
     return below && above;
 }
 
+VolumeClass volume_class_of(const VolumeEntry *e, const Grid *g)
+{
+    if (strcmp(e->grid_class, "level set") == 0) return VOLUME_LEVEL_SET;
+    if (strcmp(e->grid_class, "fog volume") == 0) return VOLUME_DENSITY;
+    return volume_classify(e->name, g);
+}
+
 VolumeClass volume_classify(const char *name, const Grid *g)
 {
     if (is_among(name, LEVEL_SET_NAMES)) return VOLUME_LEVEL_SET;

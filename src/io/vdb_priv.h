@@ -3,7 +3,7 @@
  *   vdb_toc.c   the table of contents: which grids the file has and where
  *   vdb_walk.c  walks through one grid's bytes and checks every count, mask and chunk, without decoding any
  *   vdb.cpp     has OpenVDB decode a tree that was found sound
- *   vdb_read.c  which grids are wanted, and what they make together
+ *   vdb_read.c  the format as format.c knows it
  *
  * Why the walk: OpenVDB 10 takes files that are cut short for whole ones, and trusts the sizes of compressed chunks,
  * so that a crafted file can make it write beyond its buffers. It gets to see only what the walk has passed.
@@ -34,8 +34,6 @@ typedef struct VdbToc {
 /* Opens the file. Files written to a pipe hold no offsets: they are walked through. */
 bool vdb_toc_open(VdbToc *toc, const char *path, Err *err);
 void vdb_toc_close(VdbToc *toc);
-/* By exact name, else the first ("name[0]") of several that bear it; or NONE. */
-int vdb_toc_find(const VdbToc *toc, const char *name);
 
 /* One grid's bytes, checked. */
 typedef struct VdbTree {
@@ -57,10 +55,6 @@ void vdb_tree_free(VdbTree *t);
 bool vdb_walk(const VdbTree *t, size_t *used, Err *err);
 /* The same from the compression flags on, for files without offsets: class, transform and tree_at are filled. */
 bool vdb_walk_header(VdbTree *t, bool transform_wanted, Err *err);
-
-/* vdb_join.c: three scalar grids as the components of `out`, an empty grid of 3. False where their transforms differ
- * by more than the half voxels of a staggered grid. */
-bool vdb_join_components(const Grid part[3], bool staggered, Grid *out);
 
 /* vdb.cpp: decodes a tree that vdb_walk has passed into an empty grid of 1 or 3 components (the transform aside). */
 #ifdef __cplusplus

@@ -169,16 +169,6 @@ void vdb_toc_close(VdbToc *toc)
     *toc = (VdbToc){0};
 }
 
-int vdb_toc_find(const VdbToc *toc, const char *name)
-{
-    size_t n = strlen(name);
-    for (int i = 0; i < toc->nentry; i++)
-        if (strcmp(toc->entry[i].name, name) == 0) return i;
-    for (int i = 0; i < toc->nentry; i++)
-        if (strncmp(toc->entry[i].name, name, n) == 0 && strncmp(toc->entry[i].name + n, "[0]", 4) == 0) return i;
-    return NONE;
-}
-
 bool vdb_tree_load(VdbToc *toc, int i, VdbTree *out, Err *err)
 {
     const VdbEntry *e = &toc->entry[i];

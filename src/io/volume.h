@@ -1,4 +1,5 @@
-/* volume.h: reads one frame's file into plain grids. The formats are a table (format.c): OpenVDB, .npy, .raw.
+/* volume.h: reads one frame's file into plain grids. The formats are a table (format.c): OpenVDB, NanoVDB, .npy, .raw,
+ * NRRD, Mantaflow's .uni, OpenEXR. The same samples give the same grid from each of them.
  *
  * Every size in a file is checked before it is used. A failure is one sentence with the file, what was wrong and
  * the remedy, and leaves nothing behind. */
@@ -13,7 +14,13 @@ typedef struct VolumeRequest {
     int raw_dims[3];              /* .raw: samples in x, y, z; all 0: not given (an error for .raw) */
     const char *raw_type;         /* .raw: u8 i8 u16 i16 f16 f32 f64 (little-endian); NULL: f32 */
     const char *raw_order;        /* "xyz": x fastest (default), "zyx": z fastest */
-    double spacing[3], origin[3]; /* .npy and .raw: voxel size (0: 1) and place of sample (0,0,0), world units */
+    /* Dense formats (all but .vdb and .nvdb): voxel size and place of sample (0,0,0), world units. They overrule what the
+     * file says of itself; without both 1 and 0. */
+    double spacing[3];            /* 0: not given */
+    double origin[3];
+    bool has_origin;
+    int nattribute;
+    const char *const *attribute; /* [nattribute] further grids, scalars or vectors */
 } VolumeRequest;
 
 typedef struct Volume {
@@ -22,6 +29,8 @@ typedef struct Volume {
     VolumeClass kind;             /* from the grid's class, else from its name and values */
     bool has_velocity;
     Grid velocity;                /* 3 components, in the file's own units */
+    int nattribute;
+    Grid *attribute;              /* [nattribute] 1 or 3 components, in the order of the request */
 } Volume;
 
 bool volume_read(const char *path, const VolumeRequest *request, Volume *out, Err *err);
@@ -29,6 +38,30 @@ void volume_free(Volume *v);
 
 /* True for file names the table of formats knows by their ending. */
 bool volume_is_known(const char *path);
+
+/* --- a file's grids one by one, for those who look around in it ----------------------------------- */
+
+typedef struct VolumeEntry {
+    char name[256];      /* "" where the format has no names; nothing unprintable */
+    char type[64];       /* "float", "half", "vec3s", ... */
+    char grid_class[32]; /* "level set", "fog volume", "staggered" or ""; of .vdb once it is loaded */
+    int ncomp;           /* 1 or 3; 0: holds no real numbers and cannot be loaded */
+} VolumeEntry;
+
+typedef struct VolumeFile VolumeFile;
+
+/* NULL with a sentence. Path and request are borrowed until volume_close. */
+VolumeFile *volume_open(const char *path, const VolumeRequest *request, Err *err);
+void volume_close(VolumeFile *f);
+const char *volume_format_name(const VolumeFile *f);
+int volume_count(const VolumeFile *f);
+const VolumeEntry *volume_entry(const VolumeFile *f, int i);
+/* The grid that the request's `grid` means, or NONE with a sentence. */
+int volume_choose(const VolumeFile *f, Err *err);
+/* Reads a grid into an empty one of its number of components. */
+bool volume_load(VolumeFile *f, int i, Grid *out, Err *err);
+/* What the entry's class says of it, else its name and values. */
+VolumeClass volume_class_of(const VolumeEntry *e, const Grid *g);
 
 /* How the surface was chosen: isovalue and side; `why` is a sentence for the log ("level set 'phi': inside below 0"). */
 typedef struct SurfaceChoice {

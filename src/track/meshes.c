@@ -68,14 +68,17 @@ static void column_block(void *ctx, int begin, int end)
         else field_normals(job->tr->field, 1, &job->w->pos[v], &n);
         put3(job->out->pos + 3 * to, job->w->pos[v]);
         put3(job->out->normal + 3 * to, n);
-        if (job->out->velocity) put3(job->out->velocity + 3 * to, grid_vector(job->tr->velocity, job->w->pos[v]));
+        if (job->out->velocity) {
+            const Grid *velocity = job->tr->velocity;
+            put3(job->out->velocity + 3 * to, velocity ? grid_vector(velocity, job->w->pos[v]) : track_motion(job->tr, job->w->id[v], job->w->pos[v], n));
+        }
         job->out->id[to] = job->w->id[v];
     }
 }
 
 static void copy_twin(const Track *tr, const Twin *w, const int32_t *tri_to, const int32_t *vert_to, const int count[2], const int32_t *parent_to, TriMesh *out)
 {
-    trimesh_init(out, count[0], count[1], tr->velocity != NULL, w->parent != NULL);
+    trimesh_init(out, count[0], count[1], tr->velocity != NULL || tr->set.own_motion, w->parent != NULL);
     parallel_for(w->nvert, GRAIN, column_block, &(ColumnJob){tr, w, vert_to, out});
     for (int t = 0; t < w->ntri; t++) {
         if (tri_to[t] == NONE) continue;

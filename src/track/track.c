@@ -47,6 +47,8 @@ void track_close(Track *tr)
     bodies_free(&tr->bodies);
     events_free(&tr->events);
     rest_free(&tr->rest);
+    map_free(&tr->before_at);
+    mem_free(tr->before);
     mem_free(tr);
 }
 
@@ -362,6 +364,7 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     if (field->nbrick && tr->edge == 0) tr->edge = tr->set.edge * field->voxel;
     if (field->nbrick && tr->edge < EDGE_LEAST_VOX * field->voxel)
         return fail(err, ERR_USAGE, "an edge of %g is less than a tenth of the frame's voxels (%g); give it in voxels, such as --edge 1.5v", tr->edge, field->voxel);
+    if (tr->set.own_motion) track_remember_places(tr);
     tr->last_field = tr->field;
     tr->last_velocity = tr->velocity;
     tr->field = field;

@@ -28,6 +28,7 @@ typedef struct TrackSettings {
     TopologyKind topology;
     double fps;                /* frames a second, for velocities */
     bool rest;                 /* vertices carry the place where they were at rest */
+    bool own_motion;           /* vertices have velocities without a grid of them too, from the surface's and their own motion */
 } TrackSettings;
 
 TrackSettings track_defaults(void);
@@ -74,7 +75,9 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
 /* What RR-6128's rules changed in the frame just tracked (TOPOLOGY_PAPERS); the tracker's own until the next frame. */
 const ChangeList *track_changes(const Track *tr);
 
-/* The meshes of the frame just tracked; the caller frees them. `open_border` leaves out what closes the surface beyond
+/* The meshes of the frame just tracked; the caller frees them. Velocities are the velocity grid's; without one, where the
+ * settings want them, those of the surface: along the outward normal F_t / |grad F| between the last frame's field and this
+ * one's, and in the tangent plane the vertex's own way since then (0 for new vertices, and all 0 in the first frame). `open_border` leaves out what closes the surface beyond
  * the grid's active bounding box. Either may be NULL. */
 void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric);
 

@@ -65,6 +65,9 @@ struct Track {
     const Grid *velocity, *last_velocity;  /* borrowed; may be NULL */
     double span_s;          /* seconds between the two */
     Rest rest;
+    Map before_at;          /* own_motion: identity in last frame's geometric mesh: place in before */
+    Vec3 *before;
+    int capbefore;
     ChangeList changes;     /* by the papers' rules in this frame */
 };
 
@@ -125,6 +128,13 @@ void bodies_free(Bodies *b);
 /* Fills tr->events and the frame's counts; the mesh is as it will be written. */
 void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat);
 void events_free(FrameEvents *e);
+
+/* --- motion.c ------------------------------------------------------------------------------------------------------- */
+
+/* Before a frame is tracked: where the geometric mesh's vertices are. */
+void track_remember_places(Track *tr);
+/* World units a second of a vertex at p on the frame's surface. */
+Vec3 track_motion(const Track *tr, int32_t id, Vec3 p, Vec3 normal);
 
 /* --- measure.c ------------------------------------------------------------------------------------------------------- */
 

@@ -97,7 +97,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 }
 
 @test "what is not in this version says so" {
-    for option in --resume --follow "--attribute=heat" "--format=vat" --json-log; do
+    for option in --resume --follow "--format=vat" --json-log; do
         mesh balls.0001.npy $option
         expect 2 "not in this version"
     done
@@ -201,6 +201,55 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     line=$(frame_of 0001)
     [[ $line =~ triangles_mechanical\":([0-9]+) ]] && mechanical=${BASH_REMATCH[1]}
     [[ $line =~ triangles_geometric\":([0-9]+) ]] && [ "$mechanical" -gt 0 ] && [ "$mechanical" -eq "${BASH_REMATCH[1]}" ]
+}
+
+# The bounds of a mesh: x y z of its lowest corner, then of its highest.
+bounds_of() { "$twinmesh" info --json "$1" | sed -E 's/.*"bounds":\{"from":\[([^]]*)\],"to":\[([^]]*)\]\}.*/\1,\2/' | tr , ' '; }
+
+@test "--up and --scale turn both PLY and glTF" {
+    mesh balls.000[12].npy -o plain --format ply,glb --origin -5,1,2
+    expect 0
+    mesh balls.000[12].npy -o up --format ply,glb --origin -5,1,2 --up y --scale 2
+    expect 0
+    for ending in geometric.0002.ply geometric.glb mechanical.glb; do
+        awk -v a="$(bounds_of plain.$ending)" -v b="$(bounds_of up.$ending)" 'function abs(x) { return x < 0 ? -x : x }
+        BEGIN {
+            split(a, p); split(b, q)
+            for (i = 1; i <= 6; i++) q[i] /= 2 # z is y now, and -y z
+            off = abs(q[1] - p[1]) + abs(q[4] - p[4]) + abs(q[2] - p[3]) + abs(q[5] - p[6]) + abs(q[3] + p[5]) + abs(q[6] + p[2])
+            exit !(off < 1e-5 && p[4] - p[1] > 5)
+        }'
+    done
+    mesh balls.000[12].npy -o z --format ply --origin -5,1,2 --up z
+    expect 0
+    ! cmp -s z.geometric.0001.ply plain.geometric.0001.ply
+    cmp plain.report.jsonl up.report.jsonl
+    mesh balls.0001.npy --up x
+    expect 2 --up "y or z"
+    mesh balls.0001.npy --scale 0
+    expect 2 --scale
+}
+
+@test "--rest gives vertices their places in the first frame" {
+    mesh "$samples"/splash/fluid.001[89].vdb --velocity velocity --attribute phi --rest --format ply,glb
+    [ "$status" -eq 0 ]
+    run "$twinmesh" info out.mechanical.0019.ply out.geometric.glb
+    [[ $output == *"rest_x rest_y rest_z rest_frame phi"* ]]
+    [[ $output == *"_PHI _REST_FRAME _REST_X _REST_Y _REST_Z"* ]]
+}
+
+@test "--attribute samples grids onto the vertices" {
+    mesh "$samples/splash/fluid.0018.vdb" --velocity velocity --attribute phi,velocity --format ply,glb
+    expect 0
+    run --separate-stderr "$twinmesh" info out.geometric.0018.ply out.mechanical.glb
+    [[ $output == *"attributes: velocity mechanical phi velocity_x velocity_y velocity_z"* ]]
+    [[ $output == *"attributes: NORMAL POSITION _ID _PHI _VELOCITY _VELOCITY_X _VELOCITY_Y _VELOCITY_Z"* ]]
+    mesh "$samples/splash/fluid.0018.vdb" --attribute heat
+    expect 3 heat "velocity"
+    mesh balls.0001.npy --attribute a,,b
+    expect 2 --attribute
+    mesh balls.0001.npy --attribute a
+    expect 2 balls.0001.npy "without a name"
 }
 
 # --- naming frames --------------------------------------------------------------------------------

@@ -109,6 +109,13 @@ same_meshes() { # two prefixes
     expect 4 "no/phi.0005.npy" "folder"
 }
 
+@test "an .exr says where its samples are" {
+    field -o a.#.exr --frames 5 -q
+    field -o a.#.vdb --frames 5 -q
+    run bash -c "diff <('$twinmesh' mesh a.5.exr -o e --inside below --format ply -q && sha256sum < e.geometric.5.ply) <('$twinmesh' mesh a.5.vdb -o v --format ply -q && sha256sum < v.geometric.5.ply)"
+    [ "$status" -eq 0 ]
+}
+
 @test "a mistake is one sentence with file, line, element and field" {
     sed -i 's/"norm": 4/"norm": -4/' two.json
     mesh two.json -o out

@@ -98,7 +98,7 @@ static void applies_spacing_and_origin(void **state)
     const char *path = temp_write("a.raw", bytes, sizeof bytes);
     VolumeRequest r = request_of(2, 2, 2, "u8", NULL);
     r.spacing[0] = 0.5, r.spacing[2] = 3;
-    r.origin[1] = -7;
+    r.origin[1] = -7, r.has_origin = true;
     Volume v;
     Err err = {0};
     assert_true(volume_read(path, &r, &v, &err));

@@ -193,6 +193,71 @@ static void velocity_carries_identities(void **state)
     run_close(&r);
 }
 
+/* A ball of radius 9 that circles about (24, 24, 24) at distance 4 and turns with it, and drifts along z: centre at frame f. */
+static const double CIRCLE_STEP = 0.05, DRIFT = 0.15; /* radians and voxels a frame */
+static Vec3 circling(double f) { return vec3(24 + 4 * cos(CIRCLE_STEP * f), 24 + 4 * sin(CIRCLE_STEP * f), 20 + DRIFT * f); }
+/* Voxels a second, at 24 frames. */
+static Vec3 circling_velocity(Vec3 p) { return v_scale(vec3(-CIRCLE_STEP * (p.y - 24), CIRCLE_STEP * (p.x - 24), DRIFT), 24); }
+
+static Grid circling_ball(int f)
+{
+    Vec3 c = circling(f);
+    return grid_of(48, fn_ball, (double[4]){c.x, c.y, c.z, 9});
+}
+
+static Vec3 get3(const float *v) { return vec3((double)v[0], (double)v[1], (double)v[2]); }
+
+static void surface_velocity_is_the_motion_of_the_surface(void **state)
+{
+    (void)state;
+    TrackSettings set = track_defaults();
+    set.own_motion = true;
+    Run r = run_open(set);
+    r.off_most = 1e-3;
+    for (int f = 0; f < 5; f++) {
+        run_frame(&r, circling_ball(f));
+        double worst = 0, sum = 0, most = 0, across = 0;
+        for (int v = 0; v < r.fine.nvert; v++) {
+            Vec3 p = get3(r.fine.pos + 3 * v), n = v_unit(v_sub(p, circling(f))), got = get3(r.fine.velocity + 3 * v), want = circling_velocity(p);
+            if (f == 0) assert_true(v_len(got) == 0);
+            double off = fabs(v_dot(got, n) - v_dot(want, n));
+            worst = real_max(worst, off);
+            sum += off * off / r.fine.nvert;
+            most = real_max(most, v_len(want));
+            across = real_max(across, v_len(v_axpy(got, -v_dot(got, n), n)));
+        }
+        if (getenv("TWINMESH_TOLD")) print_message("frame %d: normal speed off by %.4f (worst %.4f) of %.4f, across up to %.4f\n", f, sqrt(sum), worst, most, across);
+        if (f == 0) continue;
+        assert_true(sqrt(sum) < 0.02 * most);
+        assert_true(worst < 0.02 * most);
+    }
+    run_close(&r);
+}
+
+static void velocity_of_a_turning_ball_is_the_grids(void **state)
+{
+    (void)state;
+    Run r = run_open(track_defaults());
+    enum { N = 48 };
+    float *value = NEW(float, 3 * N * N * N);
+    for (int f = 0; f < 3; f++) {
+        for (int i = 0; i < N * N * N; i++) {
+            Vec3 u = circling_velocity(vec3(i % N, i / N % N, i / (N * N)));
+            for (int k = 0; k < 3; k++) value[3 * i + k] = (float)v_get(u, k);
+        }
+        Grid g;
+        grid_init(&g, 3);
+        grid_from_dense(&g, value, (int[3]){N, N, N});
+        run_frame_moved(&r, circling_ball(f), &g);
+        for (int v = 0; v < r.fine.nvert; v++) {
+            Vec3 want = circling_velocity(get3(r.fine.pos + 3 * v));
+            assert_true(v_dist(get3(r.fine.velocity + 3 * v), want) < 1e-4 * v_len(want));
+        }
+    }
+    mem_free(value);
+    run_close(&r);
+}
+
 static void growing_ball_keeps_its_edge_length(void **state)
 {
     (void)state;
@@ -442,6 +507,8 @@ int main(void)
         cmocka_unit_test(mean_edge_is_what_was_asked),
         cmocka_unit_test(fast_ball_is_followed),
         cmocka_unit_test(velocity_carries_identities),
+        cmocka_unit_test(surface_velocity_is_the_motion_of_the_surface),
+        cmocka_unit_test(velocity_of_a_turning_ball_is_the_grids),
         cmocka_unit_test(growing_ball_keeps_its_edge_length),
         cmocka_unit_test(balls_may_merge_and_part),
         cmocka_unit_test(handles_and_hollows_open_and_close),

@@ -247,8 +247,8 @@ static void chooses_grids_by_name(void **)
     assert_string_equal(v.name, "b[0]");
     volume_free(&v);
     expect_refused(write_file({small("a"), small("b")}, 0, "ask.vdb"), nullptr, nullptr, "--grid: a, b");
-    expect_refused(write_file({ints}, 0, "none.vdb"), nullptr, nullptr, "no float or double");
-    expect_refused(write_file({}, 0, "nothing.vdb"), nullptr, nullptr, "no float or double");
+    expect_refused(write_file({ints}, 0, "none.vdb"), nullptr, nullptr, "no scalar grid");
+    expect_refused(write_file({}, 0, "nothing.vdb"), nullptr, nullptr, "no scalar grid");
     expect_refused(temp_path("absent.vdb"), nullptr, nullptr, "no such file");
     auto odd = small("a\nb\x1b[31m");
     expect_refused(write_file({odd, small("c")}, 0, "odd.vdb"), nullptr, nullptr, "a?b?[31m, c");

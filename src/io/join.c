@@ -1,4 +1,4 @@
-#include "io/vdb_priv.h"
+#include "io/io_priv.h"
 
 #include <string.h>
 
@@ -66,7 +66,7 @@ static void join_blocks(const Grid part[3], Grid *out)
         }
 }
 
-bool vdb_join_components(const Grid part[3], bool staggered, Grid *out)
+bool volume_join(const Grid part[3], bool staggered, Grid *out)
 {
     if (!join_transforms(part, &out->xform, &staggered)) return false;
     out->staggered = staggered;
