@@ -50,7 +50,7 @@ static void track_fill(TrackSettings *set, const Options *o)
         set->edge_in_voxels = o->value[OPT_EDGE].in_voxels;
     }
     const struct {
-        OptionId id;
+        int id;
         double *to;
     } real[] = {
         {OPT_E_MIN, &set->e_min},         {OPT_E_MAX, &set->e_max},          {OPT_EPS_E, &set->eps_e},

@@ -6,7 +6,7 @@
 /* What says how a grid is to be read says nothing about a scene. */
 static bool is_plain(const Options *o, const char *path, Err *err)
 {
-    static const OptionId grids[] = {OPT_GRID, OPT_ISO, OPT_INSIDE, OPT_VELOCITY, OPT_VELOCITY_UNITS, OPT_ATTRIBUTE, OPT_DIMS, OPT_TYPE, OPT_ORDER, OPT_SPACING, OPT_ORIGIN};
+    static const int grids[] = {OPT_GRID, OPT_ISO, OPT_INSIDE, OPT_VELOCITY, OPT_VELOCITY_UNITS, OPT_ATTRIBUTE, OPT_DIMS, OPT_TYPE, OPT_ORDER, OPT_SPACING, OPT_ORIGIN};
     for (size_t i = 0; i < sizeof grids / sizeof *grids; i++)
         if (option_given(o, grids[i])) return fail(err, ERR_USAGE, "--%s: goes with volumes, not with a scene; leave it out for %.400s", option_table[grids[i]].name, path);
     return o->noperand == 1 || fail(err, ERR_USAGE, "%.400s: a scene is a sequence of its own; name it alone", path);

@@ -65,7 +65,13 @@ static void vdb_comes_back(void **state)
 static void npy_comes_back(void **state)
 {
     (void)state;
-    read_again("grid.npy", &(VolumeRequest){.spacing = {0.1, 0.1, 0.1}, .origin = {-1.3, 0.7, 1e-3}});
+    read_again("grid.npy", &(VolumeRequest){.spacing = {0.1, 0.1, 0.1}, .has_origin = true, .origin = {-1.3, 0.7, 1e-3}});
+}
+
+static void exr_comes_back(void **state)
+{
+    (void)state;
+    read_again("grid.exr", &(VolumeRequest){0});
 }
 
 static void what_cannot_be_written_is_said(void **state)
@@ -93,6 +99,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(vdb_comes_back),
         cmocka_unit_test(npy_comes_back),
+        cmocka_unit_test(exr_comes_back),
         cmocka_unit_test(what_cannot_be_written_is_said),
     };
     return cmocka_run_group_tests(tests, temp_open, temp_close);
