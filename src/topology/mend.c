@@ -289,7 +289,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         Verdict v;
         judge(iso, opt, m, round, &v);
         again = v.any;
-        if (v.crumbs && round >= ROUND_WHOLE) round = ROUNDS - 1;
+        if (v.crumbs && round >= ROUND_WHOLE) round = int_max(round, ROUND_EXACT);
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
