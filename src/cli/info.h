@@ -13,6 +13,7 @@ typedef struct InfoJob {
 /* Each a new reference, or NULL with a sentence. */
 json_t *info_volume(const char *path, const InfoJob *job, Err *err);
 json_t *info_gltf(const char *path, Err *err);
+json_t *info_scene(const char *path, Err *err);
 
 /* PLY files one after the other: which of them have one connectivity. */
 typedef struct PlyRuns PlyRuns;

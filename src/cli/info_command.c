@@ -1,6 +1,7 @@
 #include "cli/command.h"
 #include "cli/info.h"
 #include "cli/options.h"
+#include "scene/scene.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -28,6 +29,7 @@ static json_t *info_of(const char *path, const InfoJob *job, PlyRuns *runs, Err 
 {
     if (ends_in(path, ".ply")) return info_ply(path, runs, err);
     if (ends_in(path, ".glb") || ends_in(path, ".gltf")) return info_gltf(path, err);
+    if (scene_is_known(path)) return info_scene(path, err);
     return info_volume(path, job, err);
 }
 

@@ -116,6 +116,15 @@ same_meshes() { # two prefixes
     [ "$status" -eq 0 ]
 }
 
+@test "info tells of a scene" {
+    run --separate-stderr "$twinmesh" info --json two.json
+    expect 0
+    [[ $output == *'"format":"scene","elements":2,"frames":{"first":5,"last":9,'* ]]
+    sed -i 's/"norm": 4/"norm": -4/' two.json
+    run --separate-stderr "$twinmesh" info two.json
+    expect 3 'two.json:7: element 2, "norm"'
+}
+
 @test "a mistake is one sentence with file, line, element and field" {
     sed -i 's/"norm": 4/"norm": -4/' two.json
     mesh two.json -o out
