@@ -4,19 +4,17 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HIDE, ECHO };
-
 const OptionSpec option_table[OPTION_COUNT] = {
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 #include "cli/options.def"
 };
 
 static const OptionSpec field_table[FIELD_OPTION_COUNT] = {
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 #include "cli/field.def"
 };
 _Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");

@@ -31,6 +31,7 @@ void pass_find_edges(Pass *p)
     mem_free(start);
     mem_free(bucket);
     p->marked = NEW0(uint8_t, p->nedge);
+    p->mid_state = NEW0(uint8_t, p->nedge);
     p->mid_pos = NEW(Vec3, p->nedge);
     p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);
@@ -43,9 +44,11 @@ void pass_free(Pass *p)
     mem_free(p->side);
     mem_free(p->edge_of);
     mem_free(p->marked);
+    mem_free(p->mid_state);
     mem_free(p->mid_pos);
     mem_free(p->mid_normal);
     mem_free(p->mid);
     mem_free(p->tri_normal);
+    mem_free(p->turn);
     mem_free(p->state);
 }

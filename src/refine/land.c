@@ -48,7 +48,25 @@ static void land_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int e = begin; e < end; e++)
-        if (p->marked[e]) p->marked[e] = land_midpoint(p, e);
+        if (p->marked[e] && p->mid_state[e] == MID_NONE && land_midpoint(p, e)) p->mid_state[e] = MID_LANDED;
 }
 
 void pass_land(Pass *p) { parallel_for(p->nedge, GRAIN, land_block, p); }
+
+int pass_drop_lost(Pass *p)
+{
+    int n = 0;
+    for (int e = 0; e < p->nedge; e++)
+        if (p->marked[e]) n += p->marked[e] = p->mid_state[e] == MID_LANDED;
+    return n;
+}
+
+void pass_flatten(Pass *p, int e)
+{
+    const RefinedMesh *m = p->m;
+    int a = p->ends[e][0], b = p->ends[e][1];
+    Vec3 n = v_add(m->normal[a], m->normal[b]);
+    p->mid_pos[e] = v_round32(v_mid(m->pos[a], m->pos[b]));
+    p->mid_normal[e] = v_len2(n) > 0 ? v_unit(n) : m->normal[a];
+    p->mid_state[e] = MID_FLAT;
+}

@@ -40,6 +40,14 @@ static void mark_far(Pass *p, int n, const int *edge, const double *limit)
         if (F[i] * F[i] > limit[i] * limit[i] * v_len2(g[i])) p->marked[edge[i]] |= MARK_SELF;
 }
 
+/* Does the normal turn by more than alpha_r along edge e? */
+static bool is_bent(const Pass *p, int e, bool kept)
+{
+    const RefinedMesh *m = p->m;
+    if (p->turn) return real_max(p->turn[e][0], p->turn[e][1]) > (kept ? p->turn_kept : p->turn_limit);
+    return v_dot(m->normal[p->ends[e][0]], m->normal[p->ends[e][1]]) < (kept ? p->cos_kept : p->cos_limit);
+}
+
 static void mark_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
@@ -51,12 +59,13 @@ static void mark_block(void *ctx, int begin, int end)
         int a = p->ends[e][0], b = p->ends[e][1];
         int was = map_get(&p->memory->pass, key_of_edge(m, a, b));
         bool kept = was != NONE && was <= p->number; /* a mark comes back no earlier than it came: passes would differ */
-        double cos_limit = kept ? p->cos_kept : p->cos_limit, dev = (kept ? p->dev_kept : p->dev_limit) * voxel;
+        double dev = (kept ? p->dev_kept : p->dev_limit) * voxel;
         double length = v_dist(m->pos[a], m->pos[b]) / voxel;
-        double bend = v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]);
+        double bend = p->tri_normal ? v_dot(p->tri_normal[p->side[e][0]], p->tri_normal[p->side[e][1]]) : 1;
         if (kept) p->marked[e] |= MARK_KEPT;
         if (bend < p->cos_kept) p->marked[e] |= bend < p->cos_limit ? MARK_OTHERS : MARK_OTHERS_KEPT;
-        if (length >= ANGLE_SHORTEST_VOX && v_dot(m->normal[a], m->normal[b]) < cos_limit) p->marked[e] |= MARK_SELF;
+        if (m->flat[a] || m->flat[b]) length = 0; /* what could not follow the surface is not worth more */
+        if (length >= ANGLE_SHORTEST_VOX && is_bent(p, e, kept)) p->marked[e] |= MARK_SELF;
         else if (length >= DEVIATION_SHORTEST_VOX && dev > 0) edge[n] = e, limit[n++] = dev;
         if (n < BATCH && e + 1 < end) continue;
         mark_far(p, n, edge, limit);
@@ -91,10 +100,16 @@ void pass_find_normals(Pass *p)
     parallel_for(p->m->nvert, GRAIN, vertex_normals, &(NormalJob){p->field, p->m, p->m->normal});
 }
 
-int pass_mark(Pass *p)
+static void find_tri_normals(Pass *p)
 {
     p->tri_normal = NEW(Vec3, p->m->ntri);
     parallel_for(p->m->ntri, GRAIN, centroid_normals, &(NormalJob){p->field, p->m, p->tri_normal});
+}
+
+int pass_mark(Pass *p)
+{
+    if (p->set->by == REFINE_BY_HESSIAN) pass_find_turns(p);
+    else find_tri_normals(p);
     parallel_for(p->nedge, GRAIN, mark_block, p);
     return settle_marks(p);
 }

@@ -2,6 +2,13 @@
 
 #include "base/thread.h"
 
+static int count_flat(const Pass *p)
+{
+    int n = 0;
+    for (int e = 0; e < p->nedge; e++) n += p->mid_state[e] == MID_FLAT;
+    return n;
+}
+
 /* Returns whether anything was cut. */
 static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 {
@@ -9,9 +16,11 @@ static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
     int wanted = pass_mark(p);
     if (wanted == 0) return false;
     pass_land(p);
+    int landed = pass_drop_lost(p);
+    if (p->set->scheme == REFINE_SCHEME_RED_GREEN) pass_close(p);
     pass_withdraw(p);
     int added = pass_cut(p, now, next_id);
-    stat->lost += wanted - added;
+    stat->lost += p->set->scheme == REFINE_SCHEME_RED_GREEN ? wanted - landed + count_flat(p) : wanted - added;
     return added > 0;
 }
 
@@ -85,9 +94,11 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     Refine now;
     map_init(&now.marked, memory->marked.count);
     map_init(&now.pass, memory->marked.count);
-    Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
+    Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     shape.cos_limit = cos(set->angle_deg * degree);
     shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
+    shape.turn_limit = set->angle_deg * degree;
+    shape.turn_kept = HYSTERESIS * shape.turn_limit;
     pass_find_normals(&shape);
     bool more = true;
     for (int k = 0; k < set->passes && !off && more; k++) {

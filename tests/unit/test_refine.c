@@ -42,6 +42,9 @@ static const struct {
 } SHAPES[] = {{fn_ball, BALL, 3}, {fn_octahedron, OCTAHEDRON, 3}, {fn_torus, TORUS, 2.5}};
 enum { NSHAPE = 3 };
 
+#define AS_PAPERS REFINE_BY_NORMALS, REFINE_SCHEME_PAPERS, 0
+#define AS_RED_GREEN REFINE_BY_NORMALS, REFINE_SCHEME_RED_GREEN, 0
+
 /* One call on a fresh memory. */
 static RefineStat refine_once(const Scene *s, RefineSettings set, int32_t *next_id, RefinedMesh *out)
 {
@@ -82,7 +85,7 @@ static void angle_of_180_copies(void **state)
     scene_make(&s, 24, fn_ball, BALL, 3);
     RefinedMesh m;
     int32_t next = 12345;
-    RefineStat stat = refine_once(&s, (RefineSettings){180, 4, 0.001}, &next, &m);
+    RefineStat stat = refine_once(&s, (RefineSettings){180, 4, 0.001, AS_PAPERS}, &next, &m);
     assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri && next == 12345 && stat.lost == 0);
     assert_memory_equal(m.tri, s.mesh.corner, (size_t)(3 * m.ntri) * sizeof *m.tri);
     for (int v = 0; v < m.nvert; v++) {
@@ -102,7 +105,7 @@ static void refined_mesh_is_closed_and_faces_outward(void **state)
     for (int i = 0; i < NSHAPE; i++) {
         Scene s;
         scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
-        static const RefineSettings set[] = {{20, 4, 0.1}, {10, 1, 0}, {60, 8, 0.02}, {5, 3, 0}, {179, 4, 0.05}};
+        static const RefineSettings set[] = {{20, 4, 0.1, AS_PAPERS}, {10, 1, 0, AS_PAPERS}, {60, 8, 0.02, AS_PAPERS}, {5, 3, 0, AS_PAPERS}, {179, 4, 0.05, AS_PAPERS}};
         for (size_t k = 0; k < sizeof set / sizeof *set; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
@@ -133,7 +136,7 @@ static void children_lie_on_their_parents(void **state)
         scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
         RefinedMesh m;
         int32_t next = s.mesh.next_id;
-        refine_once(&s, (RefineSettings){20, 4, 0.1}, &next, &m);
+        refine_once(&s, (RefineSettings){20, 4, 0.1, AS_PAPERS}, &next, &m);
         double *area = NEW0(double, s.mesh.ntri), worst = 0;
         for (int t = 0; t < m.ntri; t++) {
             int p = m.parent[t];
@@ -171,7 +174,7 @@ static void pieces_follow_the_marked_edges(void **state)
         for (int angle = 15; angle <= 35; angle += 10) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            refine_once(&s, (RefineSettings){angle, 1, 0}, &next, &m);
+            refine_once(&s, (RefineSettings){angle, 1, 0, AS_PAPERS}, &next, &m);
             Map mid;
             map_init(&mid, m.nvert);
             for (int v = s.mesh.nvert; v < m.nvert; v++) map_put(&mid, key_pair(int_min(m.ends[v][0], m.ends[v][1]), int_max(m.ends[v][0], m.ends[v][1])), v);
@@ -204,7 +207,7 @@ static void each_pass_adds_and_takes_nothing_away(void **state)
         RefinedMesh last = {0}, m;
         for (int passes = 0; passes <= 5; passes++) {
             int32_t next = s.mesh.next_id;
-            refine_once(&s, (RefineSettings){15, passes, 0.05}, &next, &m);
+            refine_once(&s, (RefineSettings){15, passes, 0.05, AS_PAPERS}, &next, &m);
             if (passes == 0) assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri);
             if (passes == 1) assert_true(m.ntri > last.ntri);
             if (passes) {
@@ -232,7 +235,7 @@ static void deviation_brings_the_distance_down(void **state)
         for (int k = 0; k < 4; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            RefineStat stat = refine_once(&s, (RefineSettings){179, 6, limit[k]}, &next, &m);
+            RefineStat stat = refine_once(&s, (RefineSettings){179, 6, limit[k], AS_PAPERS}, &next, &m);
             if (getenv("TWINMESH_TOLD"))
                 print_message("shape %d, deviation %.2f: %d triangles, mean %.4f, most %.4f voxels, %d lost\n", i, limit[k], m.ntri, stat.mean_vox, stat.max_vox, stat.lost);
             if (k == 0) assert_int_equal(m.ntri, s.mesh.ntri);
@@ -256,7 +259,7 @@ static void calm_surface_keeps_its_connectivity(void **state)
         Refine memory = {0};
         RefinedMesh first = {0}, m = {0}, fresh;
         int32_t next = s.mesh.next_id;
-        RefineSettings set = {12, 4, 0};
+        RefineSettings set = {12, 4, 0, AS_PAPERS};
         refine_build(&memory, &s.mesh, &s.field, &set, NULL, &next, &first);
         int32_t used = next;
         for (int again = 0; again < 3; again++) {
@@ -287,7 +290,7 @@ static void identities_are_not_used_twice(void **state)
     Refine memory = {0};
     RefinedMesh m = {0};
     int32_t next = s.mesh.next_id;
-    RefineSettings on = {15, 3, 0.1}, off = {180, 3, 0};
+    RefineSettings on = {15, 3, 0.1, AS_PAPERS}, off = {180, 3, 0, AS_PAPERS};
     refine_build(&memory, &s.mesh, &s.field, &on, NULL, &next, &m);
     int32_t used = next;
     assert_true(used > s.mesh.next_id);
@@ -314,7 +317,7 @@ static void midpoints_stay_at_home(void **state)
     for (int v = 0; v < s.mesh.nvert; v++) of[v] = iso_component_at(&s.iso, s.mesh.pos[v], &sure);
     Refine memory = {0};
     RefinedMesh m = {0};
-    RefineSettings set = {10, 4, 0.05};
+    RefineSettings set = {10, 4, 0.05, AS_PAPERS};
     refine_build(&memory, &s.mesh, &s.field, &set, &(Homes){iso_is_home, &s.iso, of}, &next, &m);
     assert_closed(&m, 4);
     for (int v = s.mesh.nvert; v < m.nvert; v++) {
@@ -340,7 +343,7 @@ static void crossing_pieces_are_laid_flat(void **state)
     int32_t next_id = 1 << 20;
     int flattened;
     scene_make(&s, 28, fn_ball, k, 1.5);
-    refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0}, NULL, &next_id, &m);
+    refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0, AS_PAPERS}, NULL, &next_id, &m);
     assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
     assert_int_equal(flattened, 0);
     int v = m.nvert - 1, a = m.ends[v][0], b = m.ends[v][1];
