@@ -131,7 +131,7 @@ bench:
 	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
 	@tests/bench/bench.sh $(B)
 
-# The papers' tables and sharp figures, by the scenes in data-samples/scenes: two minutes.
+# The papers' tables and sharp figures, by the scenes in data-samples/scenes: three minutes.
 papers:
 	@.ci/deps $(BUILD_PACKAGES)
 	+@$(MAKE) --no-print-directory all $(PAPERS)

@@ -63,7 +63,7 @@ echo
 echo "RR-6128 table 2: finite elements and springs. ms a step of altering and relaxing, theirs in brackets; changes: splits, collapses"
 echo "and flips a frame; inverted: percent of the triangles at the end of as many bare steps, one a frame, without the program's guards"
 echo "(limited steps, healing, mending). Theirs: in example 4 springs are not stable at 40 ms, and the mesh is modified more often"
-printf '  %-20s %-11s %14s %10s %10s\n' '' '' 'ms' changes inverted
+printf '  %-20s %-11s %18s %10s %10s\n' '' '' 'ms' changes inverted
 while read -r example dt times; do
     theirs=($times) i=0
     edge=$(grep -oE -m 1 -- '--edge [0-9.]+' $scenes/rr6128-figure14-$example.json | cut -d ' ' -f 2)
@@ -71,7 +71,7 @@ while read -r example dt times; do
         for iterations in 2 10; do
             track "rr6128-figure14-$example" --mechanics $mechanics --cg-iterations $iterations --relax-steps 1 --dt "$dt" --angle 180
             inverted=$("$build/tests/steps" "$scenes/rr6128-figure14-$example.json" "$edge" "$dt" $iterations $mechanics)
-            printf '  %-20s %-11s %14s %10.1f %10s\n' "example $example, dt $dt" "$mechanics $iterations" \
+            printf '  %-20s %-11s %18s %10.1f %10s\n' "example $example, dt $dt" "$mechanics $iterations" \
                 "$(awk -v s="$(mean "$timings" alter+relax)" 'BEGIN { printf "%.1f", 1000 * s }') (${theirs[i]})" \
                 "$(report_mean splits+collapses+flips)" "$inverted"
             i=$((i + 1))
@@ -110,6 +110,6 @@ for figure in 9b 9c; do
     echo
     echo "GI'07 figure $figure, the scene and a volume sampled from it: vertices within 0.3 edges of the ball's ridges, how many of them"
     echo "on a ridge, their distance from it, and how much of the ridges the mechanical mesh cuts off, in voxels"
-    "$build/twinmesh" field $scenes/gi07-figure$figure.json --frames 1 -o "$scratch/ball.vdb" >"$scratch/said"
+    "$build/twinmesh" field $scenes/gi07-figure$figure.json --frames 1 -o "$scratch/ball.vdb" --quiet >"$scratch/said"
     "$build/tests/ridges" $scenes/gi07-figure$figure.json "$scratch/ball.vdb"
 done
