@@ -25,6 +25,7 @@ static void cut_triangles(Pass *p)
     for (int t = 0; t < m->ntri;) {
         Whole w = whole_of(p, t);
         Pieces q = whole_pieces(p, &w, whole_marks(p, &w), (p->state[t] & TRI_OTHER_DIAGONAL) != 0);
+        ASSERT(w.first == t);
         int32_t v[WHOLE_POINTS];
         for (int i = 0; i < WHOLE_POINTS; i++) v[i] = w.edge[i] != NONE ? p->mid[w.edge[i]] : w.vert[i];
         for (int i = 0; i < q.n; i++)

@@ -49,7 +49,7 @@ typedef struct Refine {
 } Refine;
 
 typedef struct RefineStat {
-    int lost;             /* marks taken back: midpoints that found no surface, or would have harmed a triangle */
+    int lost;             /* marks taken back, or red-green laid flat: midpoints that found no surface, or would have harmed a triangle */
     double mean_vox, max_vox; /* distance of the finished edges' midpoints from the surface, by |F| / |grad F| */
     int inverted;         /* triangles left inverted */
 } RefineStat;

@@ -19,6 +19,7 @@ static Whole green_of(const Pass *p, int t)
 Whole whole_of(const Pass *p, int t)
 {
     int green = p->m->green[t];
+    ASSERT(green != 1 || (t + 1 < p->m->ntri && p->m->green[t + 1] == 2));
     return green == 0 ? plain_of(p, t) : green_of(p, green == 1 ? t : t - 1);
 }
 
