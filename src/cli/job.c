@@ -55,7 +55,7 @@ static void track_fill(TrackSettings *set, const Options *o)
     } real[] = {
         {OPT_E_MIN, &set->e_min},         {OPT_E_MAX, &set->e_max},          {OPT_EPS_E, &set->eps_e},
         {OPT_ANGLE, &set->angle_deg},     {OPT_DEVIATION, &set->deviation_vox}, {OPT_YOUNG, &set->mech.young},
-        {OPT_POISSON, &set->mech.poisson}, {OPT_DT, &set->mech.dt},
+        {OPT_POISSON, &set->mech.poisson}, {OPT_DT, &set->mech.dt},           {OPT_MIN_ASPECT, &set->min_aspect},
     };
     for (size_t i = 0; i < sizeof real / sizeof *real; i++)
         if (option_given(o, real[i].id)) *real[i].to = option_real(o, real[i].id);
@@ -66,6 +66,8 @@ static void track_fill(TrackSettings *set, const Options *o)
         set->mech.cg_tolerance = 0;
     }
     set->mech.kind = option_choice(o, OPT_MECHANICS) == 0 ? MECHANICS_FEM : MECHANICS_SPRING;
+    set->refine_by = (RefineBy)option_choice(o, OPT_REFINE_BY);
+    set->refine_scheme = (RefineScheme)option_choice(o, OPT_REFINE_SCHEME);
     set->topology = (TopologyKind)option_choice(o, OPT_TOPOLOGY);
     set->fps = option_real(o, OPT_FPS);
     set->own_motion = option_given(o, OPT_SURFACE_VELOCITY);
@@ -135,7 +137,7 @@ void job_echo(const Options *o, const char *version, FILE *report)
     int n = 0;
     for (int i = 0; i < OPTION_COUNT; i++) {
         const OptionSpec *spec = &option_table[i];
-        if (!spec->echo || is_beside_the_point(o, i)) continue;
+        if (spec->echo == OPTION_HIDE || (spec->echo == OPTION_GIVEN && !option_given(o, i)) || is_beside_the_point(o, i)) continue;
         bool is_number = spec->kind == OPTION_REAL || spec->kind == OPTION_INT;
         if (is_number) snprintf(number[n], sizeof number[n], "%.9g", o->value[i].real[0]);
         const char *text = is_number && o->value[i].text ? number[n] : o->value[i].text;

@@ -4,25 +4,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { HIDE, ECHO };
-
 const OptionSpec option_table[OPTION_COUNT] = {
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 #include "cli/options.def"
 };
 
 /* The tables of the other commands have no headings, and nothing that the report's settings hold. */
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 static const OptionSpec field_table[] = {
 #include "cli/field.def"
 };
 #define SECTION(heading)
 #define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, echo, help},
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 static const OptionSpec info_table[] = {
 #include "cli/info.def"
 };

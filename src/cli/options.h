@@ -11,6 +11,9 @@ typedef enum OptionKind {
     OPTION_INTS3, OPTION_LATER
 } OptionKind;
 
+/* In the report's first line: not at all, always, or where it was given. */
+typedef enum OptionEcho { OPTION_HIDE, OPTION_ECHO, OPTION_GIVEN } OptionEcho;
+
 typedef enum OptionId {
 #define SECTION(heading)
 #define OPTION(id, ...) OPT_##id,
@@ -26,7 +29,7 @@ typedef struct OptionSpec {
     const char *fallback;     /* NULL: none */
     double low, high;
     const char *choices;      /* "a|b|c" */
-    bool echo;
+    OptionEcho echo;
     const char *help;
 } OptionSpec;
 

@@ -13,10 +13,22 @@
 #include "field/homes.h"
 #include "mesh/mesh.h"
 
+/* What alpha_r limits: the angle between two normals, as in the papers, or the turn of the normal along an edge, or along a
+ * line beside it in one of its triangles, by the field's Hessian (which GI'07 section 3 names for figure 7c's sake). */
+typedef enum RefineBy { REFINE_BY_NORMALS, REFINE_BY_HESSIAN } RefineBy;
+
+/* Papers: as above. Red-green: a triangle with more than one marked edge is cut in 4 (red); one with a single marked edge
+ * in 2 (green), and these two are never cut again: where they should be, the whole is cut in 4 instead. Angles stay
+ * those of the mechanical triangles and of their halves, whatever the number of passes. */
+typedef enum RefineScheme { REFINE_SCHEME_PAPERS, REFINE_SCHEME_RED_GREEN } RefineScheme;
+
 typedef struct RefineSettings {
     double angle_deg;     /* alpha_r; 180 or more: no refinement, an exact copy */
     int passes;           /* N_p, 0 ... 8 */
     double deviation_vox; /* 0: off */
+    RefineBy by;
+    RefineScheme scheme;
+    double min_aspect;    /* no piece with a lower 2 r_in / r_circ (1: equilateral), unless its whole is lower: not lower than that; 0: off */
 } RefineSettings;
 
 typedef struct RefinedMesh {
@@ -25,8 +37,10 @@ typedef struct RefinedMesh {
     Vec3 *normal;         /* [nvert] outward unit normals of the smooth field */
     int32_t *id;          /* [nvert] */
     int32_t (*ends)[2];   /* [nvert] the vertices whose midpoint this is; NONE for mechanical ones */
+    uint8_t *flat;        /* [nvert] red-green: 1: a midpoint in the middle of its edge, as none would do on the surface */
     int32_t *tri;         /* [3*ntri] */
     int32_t *parent;      /* [ntri] mechanical triangle */
+    uint8_t *green;       /* [ntri] 1, 2: the halves of a green triangle, one behind the other; else 0 */
 } RefinedMesh;
 
 typedef struct Refine {
@@ -35,7 +49,7 @@ typedef struct Refine {
 } Refine;
 
 typedef struct RefineStat {
-    int lost;             /* marks taken back: midpoints that found no surface, or would have harmed a triangle */
+    int lost;             /* marks taken back, or red-green laid flat: midpoints that found no surface, or would have harmed a triangle */
     double mean_vox, max_vox; /* distance of the finished edges' midpoints from the surface, by |F| / |grad F| */
     int inverted;         /* triangles left inverted */
 } RefineStat;

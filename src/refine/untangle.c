@@ -6,6 +6,7 @@
 #include <string.h>
 
 enum { ROUNDS_MAX = 12 };
+#define HAIR 0.01 /* of the way to where it landed */
 
 /* Back to the middle of its edge, which adds nothing to what the coarser triangle was. Ends come before their midpoints, so
  * that one sweep in order settles all. */
@@ -63,12 +64,25 @@ static void look_around(const RefinedMesh *m, const uint8_t *moved, uint8_t *loo
     for (int t = 0; t < m->ntri; t++) look[t] = moved[m->tri[3 * t]] | moved[m->tri[3 * t + 1]] | moved[m->tri[3 * t + 2]];
 }
 
+/* A midpoint in the middle of its edge may meet the corner of a flat triangle there: a hair above it both have an area. */
+static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *flat)
+{
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        const int32_t *c = m->tri + h - h % 3;
+        int v = m->tri[h];
+        if (!flat[v] || v_len2(v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]])) > 0) continue;
+        m->pos[v] = v_round32(v_mix(m->pos[v], landed[v], HAIR));
+    }
+}
+
 int refine_untangle(RefinedMesh *m, const Field *field, int *flattened)
 {
     TriPair *pair = NULL;
     int cap = 0, left, ntop = 0;
     for (int t = 0; t < m->ntri; t++) ntop = int_max(ntop, m->parent[t] + 1);
     uint8_t *flat = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
+    Vec3 *landed = NEW(Vec3, m->nvert);
+    memcpy(landed, m->pos, (size_t)m->nvert * sizeof *landed);
     *flattened = 0;
     left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, NULL, &pair, &cap);
     bool more = mark_flat(m, left, pair, flat);
@@ -85,7 +99,9 @@ int refine_untangle(RefinedMesh *m, const Field *field, int *flattened)
         more = mark_parents(m, top, flat) || more;
         if (!more) break;
     }
+    give_area(m, landed, flat);
     for (int v = 0; v < m->nvert; v++) *flattened += flat[v];
+    mem_free(landed);
     mem_free(pair);
     mem_free(flat);
     mem_free(moved);

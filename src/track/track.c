@@ -18,7 +18,7 @@ TrackSettings track_defaults(void)
     return (TrackSettings){
         .edge = 1.5, .edge_in_voxels = true, .e_min = 0.8, .e_max = 2, .eps_e = 0.1, .relax_steps = 3,
         .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.09,
-        .topology = TOPOLOGY_EXACT, .fps = 24,
+        .refine_by = REFINE_BY_NORMALS, .refine_scheme = REFINE_SCHEME_PAPERS, .min_aspect = 0, .topology = TOPOLOGY_EXACT, .fps = 24,
     };
 }
 
@@ -273,7 +273,8 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
 static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     double t0 = track_clock();
-    RefineSettings set = {tr->set.angle_deg, tr->set.passes, tr->set.deviation_vox};
+    RefineSettings set = {.angle_deg = tr->set.angle_deg, .passes = tr->set.passes, .deviation_vox = tr->set.deviation_vox,
+                          .by = tr->set.refine_by, .scheme = tr->set.refine_scheme, .min_aspect = tr->set.min_aspect};
     int32_t *home = find_homes(tr, iso);
     RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->mesh.next_id, &tr->fine);
     mem_free(home);

@@ -10,6 +10,7 @@
 #include "mechanics/mechanics.h"
 #include "mesh/mesh.h"
 #include "mesh/trimesh.h"
+#include "refine/refine.h"
 #include "track/event.h"
 
 /* Exact: mended at every frame until it is that of the grid. Papers: RR-6128 section 4. None: as it comes. */
@@ -25,6 +26,9 @@ typedef struct TrackSettings {
     double angle_deg;          /* alpha_r; 20; 180: no refinement at all */
     int passes;                /* N_p; 4 */
     double deviation_vox;      /* an edge midpoint farther from the surface than this is refined; 0: off */
+    RefineBy refine_by;        /* normals */
+    RefineScheme refine_scheme; /* papers */
+    double min_aspect;         /* 0: off */
     TopologyKind topology;
     double fps;                /* frames a second, for velocities */
     bool rest;                 /* vertices carry the place where they were at rest */

@@ -124,6 +124,9 @@ static void test_defaults_are_the_methods(void **state)
     assert_true(option_real(&o, OPT_ANGLE) == d.angle_deg);
     assert_true(option_real(&o, OPT_PASSES) == d.passes);
     assert_true(option_real(&o, OPT_DEVIATION) == d.deviation_vox);
+    assert_true(option_real(&o, OPT_MIN_ASPECT) == d.min_aspect);
+    assert_int_equal(option_choice(&o, OPT_REFINE_BY), d.refine_by);
+    assert_int_equal(option_choice(&o, OPT_REFINE_SCHEME), d.refine_scheme);
     assert_true(option_real(&o, OPT_RELAX_STEPS) == d.relax_steps);
     assert_true(option_real(&o, OPT_E_MIN) == d.e_min);
     assert_true(option_real(&o, OPT_E_MAX) == d.e_max);
@@ -143,13 +146,16 @@ static void test_job(void **state)
     Options o;
     Err err;
     MeshJob job;
-    assert_true(parse(&o, "a.vdb -o p --cg-iterations 10 --iso 0.5 --inside above --mechanics spring --border open", &err));
+    assert_true(parse(&o, "a.vdb -o p --cg-iterations 10 --iso 0.5 --inside above --mechanics spring --border open --refine-by hessian --refine-scheme red-green --min-aspect 0.5", &err));
     assert_true(job_make(&job, &o, &err));
     assert_int_equal(job.track.mech.cg_iterations, 10);
     assert_true(job.track.mech.cg_tolerance == 0);
     assert_true(job.iso == 0.5 && job.inside == 1 && job.open_border);
     assert_int_equal(job.track.mech.kind, MECHANICS_SPRING);
     assert_int_equal(job.velocity_units, VELOCITY_BY_GRID);
+    assert_int_equal(job.track.refine_by, REFINE_BY_HESSIAN);
+    assert_int_equal(job.track.refine_scheme, REFINE_SCHEME_RED_GREEN);
+    assert_true(job.track.min_aspect == 0.5);
     options_free(&o);
 
     assert_true(parse(&o, "a.vdb", &err));

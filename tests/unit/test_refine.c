@@ -42,6 +42,9 @@ static const struct {
 } SHAPES[] = {{fn_ball, BALL, 3}, {fn_octahedron, OCTAHEDRON, 3}, {fn_torus, TORUS, 2.5}};
 enum { NSHAPE = 3 };
 
+#define AS_PAPERS REFINE_BY_NORMALS, REFINE_SCHEME_PAPERS, 0
+#define AS_RED_GREEN REFINE_BY_NORMALS, REFINE_SCHEME_RED_GREEN, 0
+
 /* One call on a fresh memory. */
 static RefineStat refine_once(const Scene *s, RefineSettings set, int32_t *next_id, RefinedMesh *out)
 {
@@ -82,7 +85,7 @@ static void angle_of_180_copies(void **state)
     scene_make(&s, 24, fn_ball, BALL, 3);
     RefinedMesh m;
     int32_t next = 12345;
-    RefineStat stat = refine_once(&s, (RefineSettings){180, 4, 0.001}, &next, &m);
+    RefineStat stat = refine_once(&s, (RefineSettings){180, 4, 0.001, AS_PAPERS}, &next, &m);
     assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri && next == 12345 && stat.lost == 0);
     assert_memory_equal(m.tri, s.mesh.corner, (size_t)(3 * m.ntri) * sizeof *m.tri);
     for (int v = 0; v < m.nvert; v++) {
@@ -102,7 +105,7 @@ static void refined_mesh_is_closed_and_faces_outward(void **state)
     for (int i = 0; i < NSHAPE; i++) {
         Scene s;
         scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
-        static const RefineSettings set[] = {{20, 4, 0.1}, {10, 1, 0}, {60, 8, 0.02}, {5, 3, 0}, {179, 4, 0.05}};
+        static const RefineSettings set[] = {{20, 4, 0.1, AS_PAPERS}, {10, 1, 0, AS_PAPERS}, {60, 8, 0.02, AS_PAPERS}, {5, 3, 0, AS_PAPERS}, {179, 4, 0.05, AS_PAPERS}};
         for (size_t k = 0; k < sizeof set / sizeof *set; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
@@ -133,7 +136,7 @@ static void children_lie_on_their_parents(void **state)
         scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
         RefinedMesh m;
         int32_t next = s.mesh.next_id;
-        refine_once(&s, (RefineSettings){20, 4, 0.1}, &next, &m);
+        refine_once(&s, (RefineSettings){20, 4, 0.1, AS_PAPERS}, &next, &m);
         double *area = NEW0(double, s.mesh.ntri), worst = 0;
         for (int t = 0; t < m.ntri; t++) {
             int p = m.parent[t];
@@ -171,7 +174,7 @@ static void pieces_follow_the_marked_edges(void **state)
         for (int angle = 15; angle <= 35; angle += 10) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            refine_once(&s, (RefineSettings){angle, 1, 0}, &next, &m);
+            refine_once(&s, (RefineSettings){angle, 1, 0, AS_PAPERS}, &next, &m);
             Map mid;
             map_init(&mid, m.nvert);
             for (int v = s.mesh.nvert; v < m.nvert; v++) map_put(&mid, key_pair(int_min(m.ends[v][0], m.ends[v][1]), int_max(m.ends[v][0], m.ends[v][1])), v);
@@ -204,7 +207,7 @@ static void each_pass_adds_and_takes_nothing_away(void **state)
         RefinedMesh last = {0}, m;
         for (int passes = 0; passes <= 5; passes++) {
             int32_t next = s.mesh.next_id;
-            refine_once(&s, (RefineSettings){15, passes, 0.05}, &next, &m);
+            refine_once(&s, (RefineSettings){15, passes, 0.05, AS_PAPERS}, &next, &m);
             if (passes == 0) assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri);
             if (passes == 1) assert_true(m.ntri > last.ntri);
             if (passes) {
@@ -232,7 +235,7 @@ static void deviation_brings_the_distance_down(void **state)
         for (int k = 0; k < 4; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            RefineStat stat = refine_once(&s, (RefineSettings){179, 6, limit[k]}, &next, &m);
+            RefineStat stat = refine_once(&s, (RefineSettings){179, 6, limit[k], AS_PAPERS}, &next, &m);
             if (getenv("TWINMESH_TOLD"))
                 print_message("shape %d, deviation %.2f: %d triangles, mean %.4f, most %.4f voxels, %d lost\n", i, limit[k], m.ntri, stat.mean_vox, stat.max_vox, stat.lost);
             if (k == 0) assert_int_equal(m.ntri, s.mesh.ntri);
@@ -256,7 +259,7 @@ static void calm_surface_keeps_its_connectivity(void **state)
         Refine memory = {0};
         RefinedMesh first = {0}, m = {0}, fresh;
         int32_t next = s.mesh.next_id;
-        RefineSettings set = {12, 4, 0};
+        RefineSettings set = {12, 4, 0, AS_PAPERS};
         refine_build(&memory, &s.mesh, &s.field, &set, NULL, &next, &first);
         int32_t used = next;
         for (int again = 0; again < 3; again++) {
@@ -287,7 +290,7 @@ static void identities_are_not_used_twice(void **state)
     Refine memory = {0};
     RefinedMesh m = {0};
     int32_t next = s.mesh.next_id;
-    RefineSettings on = {15, 3, 0.1}, off = {180, 3, 0};
+    RefineSettings on = {15, 3, 0.1, AS_PAPERS}, off = {180, 3, 0, AS_PAPERS};
     refine_build(&memory, &s.mesh, &s.field, &on, NULL, &next, &m);
     int32_t used = next;
     assert_true(used > s.mesh.next_id);
@@ -314,7 +317,7 @@ static void midpoints_stay_at_home(void **state)
     for (int v = 0; v < s.mesh.nvert; v++) of[v] = iso_component_at(&s.iso, s.mesh.pos[v], &sure);
     Refine memory = {0};
     RefinedMesh m = {0};
-    RefineSettings set = {10, 4, 0.05};
+    RefineSettings set = {10, 4, 0.05, AS_PAPERS};
     refine_build(&memory, &s.mesh, &s.field, &set, &(Homes){iso_is_home, &s.iso, of}, &next, &m);
     assert_closed(&m, 4);
     for (int v = s.mesh.nvert; v < m.nvert; v++) {
@@ -328,7 +331,218 @@ static void midpoints_stay_at_home(void **state)
     scene_free(&s);
 }
 
+/* --- alternatives to the papers' way ------------------------------------------------------------------------------------- */
+
+static double distance_to_vertices(const RefinedMesh *m, Vec3 p)
+{
+    double d = INFINITY;
+    for (int v = 0; v < m->nvert; v++) d = real_min(d, v_dist(p, m->pos[v]));
+    return d;
+}
+
+/* The triangle of the longest least edge. */
+static int roomiest(const Mesh *m)
+{
+    int best = 0;
+    double room = 0;
+    for (int t = 0; t < m->ntri; t++) {
+        double least = INFINITY;
+        for (int k = 0; k < 3; k++) least = real_min(least, mesh_edge_length(m, 3 * t + k));
+        if (least > room) room = least, best = t;
+    }
+    return best;
+}
+
+/* GI'07 figure 7c: a small ball stands out of a large one, inside a triangle and away from its centroid. */
+static void hernia_is_found_by_the_hessian(void **state)
+{
+    (void)state;
+    double k[] = {31.3, 31.6, 31.8, 24, 0, 0, 0, 1.4};
+    Scene s;
+    scene_make(&s, 64, fn_ball, k, 8);
+    const int32_t *c = s.mesh.corner + 3 * roomiest(&s.mesh);
+    Vec3 centre = vec3(k[0], k[1], k[2]), a = s.mesh.pos[c[0]], q = v_axpy(a, 0.2, v_sub(v_add(s.mesh.pos[c[1]], s.mesh.pos[c[2]]), v_scale(a, 2)));
+    Vec3 out = v_unit(v_sub(q, centre)), hernia = v_axpy(centre, 24.3, out), top = v_axpy(hernia, 1.4, out);
+    k[4] = hernia.x, k[5] = hernia.y, k[6] = hernia.z;
+    Field plain = s.field;
+    s.field = field_of(64, fn_two_balls, k);
+    RefinedMesh m;
+    int32_t next = s.mesh.next_id;
+    refine_once(&s, (RefineSettings){30, 4, 0, AS_PAPERS}, &next, &m);
+    assert_int_equal(m.ntri, s.mesh.ntri); /* nothing is seen */
+    refined_free(&m);
+    refine_once(&s, (RefineSettings){30, 4, 0, REFINE_BY_HESSIAN, REFINE_SCHEME_PAPERS, 0}, &next, &m);
+    if (getenv("TWINMESH_TOLD")) print_message("hernia: %d of %d triangles, its top %.2f voxels from a vertex\n", m.ntri, s.mesh.ntri, distance_to_vertices(&m, top));
+    assert_true(m.ntri > s.mesh.ntri + 20 && m.ntri < 2 * s.mesh.ntri); /* cut there, not elsewhere */
+    assert_true(distance_to_vertices(&m, top) < 0.8);
+    assert_closed(&m, 2);
+    refined_free(&m);
+    scene_free(&s);
+    field_free(&plain);
+}
+
+/* The Hessian of a ball is known: the normal turns by an edge's length over the radius. */
+static void turn_of_a_ball_is_length_over_radius(void **state)
+{
+    (void)state;
+    static const double k[] = {19.3, 19.6, 19.8, 14};
+    Scene s;
+    scene_make(&s, 40, fn_ball, k, 3);
+    double most = 0;
+    for (int h = 0; h < 3 * s.mesh.ntri; h++) most = real_max(most, mesh_edge_length(&s.mesh, h));
+    double degrees = most / 14 * 57.29577951308232;
+    for (int above = 0; above < 2; above++) {
+        RefinedMesh m;
+        int32_t next = s.mesh.next_id;
+        refine_once(&s, (RefineSettings){(above ? 1.15 : 0.85) * degrees, 1, 0, REFINE_BY_HESSIAN, REFINE_SCHEME_PAPERS, 0}, &next, &m);
+        assert_int_equal(m.ntri == s.mesh.ntri, above);
+        refined_free(&m);
+    }
+    scene_free(&s);
+}
+
+static double piece_aspect(const Vec3 *pos, const int32_t *c)
+{
+    double a = v_dist(pos[c[0]], pos[c[1]]), b = v_dist(pos[c[1]], pos[c[2]]), d = v_dist(pos[c[2]], pos[c[0]]);
+    return 4 * v_len2(v_area2(pos[c[0]], pos[c[1]], pos[c[2]])) / ((a + b + d) * a * b * d);
+}
+
+/* The least aspect of a refined triangle over that of its mechanical one. */
+static double worst_share(const Scene *s, const RefinedMesh *m)
+{
+    double worst = 1;
+    for (int t = 0; t < m->ntri; t++)
+        worst = real_min(worst, piece_aspect(m->pos, m->tri + 3 * t) / piece_aspect(s->mesh.pos, s->mesh.corner + 3 * m->parent[t]));
+    return worst;
+}
+
+/* Pass by pass: the edge between the halves of a green triangle never gets a midpoint. */
+static void green_triangles_are_never_cut(void **state)
+{
+    (void)state;
+    int greens = 0, replaced = 0;
+    for (int i = 0; i < NSHAPE; i++) {
+        Scene s;
+        scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
+        Map inner;
+        map_init(&inner, 1000);
+        for (int passes = 1; passes <= 5; passes++) {
+            RefinedMesh m;
+            int32_t next = s.mesh.next_id;
+            refine_once(&s, (RefineSettings){8, passes, 0.03, AS_RED_GREEN}, &next, &m);
+            assert_closed(&m, mesh_euler(&s.mesh, NONE));
+            for (int v = s.mesh.nvert; v < m.nvert; v++)
+                assert_int_equal(map_get(&inner, key_pair(int_min(m.ends[v][0], m.ends[v][1]), int_max(m.ends[v][0], m.ends[v][1]))), NONE);
+            for (int t = 0; t < m.ntri; t++) {
+                if (m.green[t] != 1) continue;
+                int mid = m.tri[3 * t + 1], c = m.tri[3 * t + 2];
+                assert_true(m.green[t + 1] == 2 && m.tri[3 * t + 3] == mid && m.tri[3 * t + 5] == c);
+                map_put(&inner, key_pair(int_min(mid, c), int_max(mid, c)), 1);
+                greens++;
+            }
+            for (int t = 0; passes == 5 && t < m.ntri; t++) replaced -= m.green[t] == 1;
+            refined_free(&m);
+        }
+        replaced += inner.count; /* more than the last meshes have: those of earlier passes are gone */
+        map_free(&inner);
+        scene_free(&s);
+    }
+    assert_true(greens > 100 && replaced > 100);
+}
+
+/* Red pieces are like their whole, and green ones its halves: with passes the papers' scheme grows slim triangles, red-green none. */
+static void red_green_bounds_angles(void **state)
+{
+    (void)state;
+    Scene s;
+    scene_make(&s, 32, fn_torus, TORUS, 2.5);
+    for (int passes = 3; passes <= 6; passes++) {
+        double share[2];
+        for (int scheme = 0; scheme < 2; scheme++) {
+            RefinedMesh m;
+            int32_t next = s.mesh.next_id;
+            refine_once(&s, (RefineSettings){12, passes, 0.02, REFINE_BY_NORMALS, (RefineScheme)scheme, 0}, &next, &m);
+            share[scheme] = worst_share(&s, &m);
+            if (getenv("TWINMESH_TOLD")) print_message("%d passes, scheme %d: %d triangles, least aspect %.3f of its mechanical one's\n", passes, scheme, m.ntri, share[scheme]);
+            refined_free(&m);
+        }
+        assert_true(share[1] > 0.4 && share[1] > share[0]);
+    }
+    scene_free(&s);
+}
+
+static void red_green_marks_are_remembered(void **state)
+{
+    (void)state;
+    Scene s;
+    scene_make(&s, 32, fn_torus, TORUS, 2.5);
+    Refine memory = {0};
+    RefinedMesh first = {0}, m = {0};
+    int32_t next = s.mesh.next_id;
+    RefineSettings set = {12, 4, 0, AS_RED_GREEN};
+    refine_build(&memory, &s.mesh, &s.field, &set, NULL, &next, &first);
+    int32_t used = next;
+    for (int again = 0; again < 2; again++) {
+        if (again == 1) set.angle_deg = 13;
+        refine_build(&memory, &s.mesh, &s.field, &set, NULL, &next, &m);
+        assert_true(m.ntri == first.ntri && m.nvert == first.nvert && next == used);
+        assert_memory_equal(m.id, first.id, (size_t)m.nvert * sizeof *m.id);
+        assert_memory_equal(m.tri, first.tri, (size_t)(3 * m.ntri) * sizeof *m.tri);
+    }
+    refined_free(&first);
+    refined_free(&m);
+    refine_free(&memory);
+    scene_free(&s);
+}
+
+/* No piece is slimmer than asked, unless its mechanical triangle is; nor slimmer than that then. */
+static void aspect_is_respected(void **state)
+{
+    (void)state;
+    for (int i = 0; i < NSHAPE; i++) {
+        Scene s;
+        scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
+        int slim[2] = {0, 0}, tris[2];
+        static const double limit[] = {0, 0.6};
+        for (int k = 0; k < 2; k++) {
+            RefinedMesh m;
+            int32_t next = s.mesh.next_id;
+            refine_once(&s, (RefineSettings){10, 4, 0.05, REFINE_BY_NORMALS, REFINE_SCHEME_PAPERS, limit[k]}, &next, &m);
+            for (int t = 0; t < m.ntri; t++) {
+                Vec3 whole[3];
+                for (int c = 0; c < 3; c++) whole[c] = v_round32(s.mesh.pos[s.mesh.corner[3 * m.parent[t] + c]]);
+                slim[k] += piece_aspect(m.pos, m.tri + 3 * t) < real_min(0.6, piece_aspect(whole, (const int32_t[]){0, 1, 2})) - 1e-12;
+            }
+            tris[k] = m.ntri;
+            assert_closed(&m, mesh_euler(&s.mesh, NONE));
+            refined_free(&m);
+        }
+        if (getenv("TWINMESH_TOLD")) print_message("shape %d: %d of %d triangles under 0.6 without the limit, %d of %d with it\n", i, slim[0], tris[0], slim[1], tris[1]);
+        assert_true(slim[0] > 50 && tris[1] > s.mesh.ntri);
+        assert_int_equal(slim[1], 0);
+        scene_free(&s);
+    }
+}
+
 /* --- triangles that run through one another ------------------------------------------------------------------------------ */
+
+/* The middle of an edge, rounded, is the corner of the flat triangle below it. */
+static void pieces_laid_flat_keep_an_area(void **state)
+{
+    (void)state;
+    Scene s;
+    scene_make(&s, 24, fn_ball, (const double[]){11.3, 11.6, 11.8, 7}, 1.5);
+    Vec3 pos[] = {{0, 1, 0}, {2, 1 + 0x1p-23, 0}, {1, 1, 0}, {0.5, 0, 0.2}, {0.5, 2, 0.2}, {0.5, 1, 0.3}, {1, 1, 0.5}};
+    int32_t ends[][2] = {{NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {0, 1}};
+    int32_t tri[] = {0, 6, 2, 6, 1, 2, 3, 4, 5}, parent[] = {0, 0, 1};
+    RefinedMesh m = {.nvert = 7, .ntri = 3, .pos = pos, .ends = ends, .tri = tri, .parent = parent};
+    int flattened;
+    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_int_equal(flattened, 1);
+    assert_true(pos[6].z > 0 && pos[6].z < 0.01);
+    for (int t = 0; t < 3; t++) assert_true(v_len2(v_area2(pos[tri[3 * t]], pos[tri[3 * t + 1]], pos[tri[3 * t + 2]])) > 0);
+    scene_free(&s);
+}
 
 static void crossing_pieces_are_laid_flat(void **state)
 {
@@ -340,7 +554,7 @@ static void crossing_pieces_are_laid_flat(void **state)
     int32_t next_id = 1 << 20;
     int flattened;
     scene_make(&s, 28, fn_ball, k, 1.5);
-    refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0}, NULL, &next_id, &m);
+    refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0, AS_PAPERS}, NULL, &next_id, &m);
     assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
     assert_int_equal(flattened, 0);
     int v = m.nvert - 1, a = m.ends[v][0], b = m.ends[v][1];
@@ -368,6 +582,13 @@ int main(void)
         cmocka_unit_test(identities_are_not_used_twice),
         cmocka_unit_test(midpoints_stay_at_home),
         cmocka_unit_test(crossing_pieces_are_laid_flat),
+        cmocka_unit_test(pieces_laid_flat_keep_an_area),
+        cmocka_unit_test(hernia_is_found_by_the_hessian),
+        cmocka_unit_test(turn_of_a_ball_is_length_over_radius),
+        cmocka_unit_test(green_triangles_are_never_cut),
+        cmocka_unit_test(red_green_bounds_angles),
+        cmocka_unit_test(red_green_marks_are_remembered),
+        cmocka_unit_test(aspect_is_respected),
     };
     return cmocka_run_group_tests_name("refine", tests, NULL, NULL);
 }

@@ -195,6 +195,7 @@ static void nearest_points_are_those_of_all_triangles(void **state)
     assert_int_equal(nearest_find(&ix, vec3(1, 0, 0), vec3(-1, 0, 0)).tri, NONE); /* looks away */
     assert_int_equal(nearest_find(&ix, vec3(3, 0, 0), vec3(1, 0, 0)).tri, NONE);  /* beyond reach */
     nearest_free(&ix);
+    shape_free(&s);
 }
 
 int main(void)

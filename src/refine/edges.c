@@ -1,0 +1,54 @@
+/* edges.c: the edges of the mesh that a pass refines. */
+#include "refine/refine_priv.h"
+
+/* Edges numbered by their lower vertex, then by first appearance: half-edges go into buckets by lower vertex, where an
+ * edge's second half finds its first. */
+void pass_find_edges(Pass *p)
+{
+    RefinedMesh *m = p->m;
+    int nhalf = 3 * m->ntri;
+    int32_t *start = NEW0(int32_t, m->nvert + 2), *bucket = NEW(int32_t, nhalf);
+    for (int h = 0; h < nhalf; h++) start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 2]++;
+    for (int v = 0; v < m->nvert; v++) start[v + 2] += start[v + 1];
+    for (int h = 0; h < nhalf; h++) bucket[start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 1]++] = h;
+    p->edge_of = NEW(int32_t, nhalf);
+    p->ends = mem_alloc((size_t)nhalf / 2, sizeof *p->ends);
+    p->side = mem_alloc((size_t)nhalf / 2, sizeof *p->side);
+    for (int v = 0; v < m->nvert; v++) {
+        int first = p->nedge;
+        for (int i = start[v]; i < start[v + 1]; i++) {
+            int h = bucket[i], a = m->tri[h], b = m->tri[h % 3 == 2 ? h - 2 : h + 1], top = int_max(a, b), e = first;
+            while (e < p->nedge && p->ends[e][1] != top) e++;
+            p->edge_of[h] = e;
+            p->side[e][e < p->nedge] = h / 3;
+            if (e < p->nedge) continue;
+            p->ends[e][0] = v;
+            p->ends[e][1] = top;
+            p->nedge++;
+        }
+    }
+    ASSERT(2 * p->nedge == nhalf);
+    mem_free(start);
+    mem_free(bucket);
+    p->marked = NEW0(uint8_t, p->nedge);
+    p->mid_state = NEW0(uint8_t, p->nedge);
+    p->mid_pos = NEW(Vec3, p->nedge);
+    p->mid_normal = NEW(Vec3, p->nedge);
+    p->mid = NEW(int32_t, p->nedge);
+    p->state = NEW0(uint8_t, m->ntri);
+}
+
+void pass_free(Pass *p)
+{
+    mem_free(p->ends);
+    mem_free(p->side);
+    mem_free(p->edge_of);
+    mem_free(p->marked);
+    mem_free(p->mid_state);
+    mem_free(p->mid_pos);
+    mem_free(p->mid_normal);
+    mem_free(p->mid);
+    mem_free(p->tri_normal);
+    mem_free(p->turn);
+    mem_free(p->state);
+}

@@ -1,0 +1,81 @@
+/* whole.c: what is cut as one, and into what. */
+#include "refine/refine_priv.h"
+
+enum { MARK_01 = 1, MARK_12 = 2, MARK_20 = 4, MARK_03 = 8, MARK_31 = 16 };
+
+static Whole plain_of(const Pass *p, int t)
+{
+    const int32_t *v = p->m->tri + 3 * t, *e = p->edge_of + 3 * t;
+    return (Whole){t, 1, {v[0], v[1], v[2], NONE, NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, e[0], e[1], e[2], NONE, NONE}};
+}
+
+/* Its halves are (0 3 2) and (3 1 2). */
+static Whole green_of(const Pass *p, int t)
+{
+    const int32_t *v = p->m->tri + 3 * t, *e = p->edge_of + 3 * t;
+    return (Whole){t, 2, {v[0], v[4], v[2], v[1], NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, NONE, e[4], e[2], e[0], e[3]}};
+}
+
+Whole whole_of(const Pass *p, int t)
+{
+    int green = p->m->green[t];
+    ASSERT(green != 1 || (t + 1 < p->m->ntri && p->m->green[t + 1] == 2));
+    return green == 0 ? plain_of(p, t) : green_of(p, green == 1 ? t : t - 1);
+}
+
+int whole_marks(const Pass *p, const Whole *w)
+{
+    int marks = 0;
+    for (int i = 3; i < WHOLE_POINTS; i++)
+        if (w->edge[i] != NONE) marks |= (p->marked[w->edge[i]] != 0) << (i - 3);
+    return marks;
+}
+
+/* The triangles that take a triangle's place. Marks are bits 1, 2, 4 of edges 0-1, 1-2, 2-0. Returns how many. */
+static int pattern(int marks, bool other_diagonal, uint8_t out[][3])
+{
+    static const uint8_t ONE[2][3] = {{0, 3, 2}, {3, 1, 2}};
+    static const uint8_t TWO[2][3][3] = {{{3, 1, 4}, {0, 3, 4}, {0, 4, 2}}, {{3, 1, 4}, {0, 3, 2}, {3, 4, 2}}};
+    static const uint8_t ALL[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
+    static const uint8_t TURN[8] = {0, 0, 1, 0, 2, 2, 1, 0}; /* turns that bring the marks to edge 0, or to edges 0 and 1 */
+    int n = marks == 0 ? 1 : marks == 7 ? 4 : marks == 1 || marks == 2 || marks == 4 ? 2 : 3, turn = TURN[marks];
+    if (n == 1) {
+        out[0][0] = 0, out[0][1] = 1, out[0][2] = 2;
+        return 1;
+    }
+    const uint8_t(*from)[3] = n == 2 ? ONE : n == 3 ? TWO[other_diagonal] : ALL;
+    for (int t = 0; t < n; t++)
+        for (int k = 0; k < 3; k++) out[t][k] = (uint8_t)(from[t][k] < 3 ? (from[t][k] + turn) % 3 : 3 + (from[t][k] - 3 + turn) % 3);
+    return n;
+}
+
+/* A green triangle: its halves as they are, or four, of which two may be green again. */
+static Pieces pieces_of_green(int marks)
+{
+    if (!(marks & MARK_12)) return (Pieces){2, {{0, 3, 2}, {3, 1, 2}}, {1, 2}};
+    Pieces q = {2, {{5, 4, 2}, {3, 4, 5}}, {0}};
+    static const uint8_t WHOLE[2][3] = {{0, 3, 5}, {3, 1, 4}}, HALF[2][2][3] = {{{0, 6, 5}, {6, 3, 5}}, {{3, 7, 4}, {7, 1, 4}}};
+    for (int k = 0; k < 2; k++) {
+        bool halved = marks & (k ? MARK_31 : MARK_03);
+        for (int i = 0; i < (halved ? 2 : 1); i++) {
+            for (int c = 0; c < 3; c++) q.corner[q.n][c] = halved ? HALF[k][i][c] : WHOLE[k][c];
+            q.green[q.n++] = halved ? (uint8_t)(1 + i) : 0;
+        }
+    }
+    return q;
+}
+
+Pieces whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal)
+{
+    if (w->ntri == 2) return pieces_of_green(marks);
+    Pieces q = {0};
+    q.n = pattern(marks, other_diagonal, q.corner);
+    if (p->set->scheme == REFINE_SCHEME_RED_GREEN && q.n == 2) q.green[0] = 1, q.green[1] = 2;
+    return q;
+}
+
+bool whole_is_closed(const Whole *w, int marks)
+{
+    if (w->ntri == 1) return marks != 3 && marks != 5 && marks != 6;
+    return marks == 0 || (marks & (MARK_12 | MARK_20)) == (MARK_12 | MARK_20);
+}
