@@ -4,7 +4,9 @@
 
 #include "mesh/intersect.h"
 
-enum { ROUNDS_MAX = 4, PLACES = 16 };
+#include <math.h>
+
+enum { ROUNDS_MAX = 4, PLACES = 16, BLOCK = 64 };
 #define REACH 0.6    /* a landing is at most this far from its target, in edges wanted */
 #define MARGIN 0.5   /* an edit stays this near to the triangles it changes, in edges wanted */
 #define DEVIATION_MAX_VOX 0.2 /* of a triangle's centroid from the surface, unless it was farther before */
@@ -21,7 +23,8 @@ typedef struct Corners {
 
 typedef struct Uncross {
     Remesh *r;
-    Box *box;              /* [mesh->ntri] of the live triangles */
+    Box *box;              /* [mesh->ntri] of the live triangles, */
+    Box *block;            /* and around every BLOCK of them: neighbours by number mostly are neighbours */
     uint8_t *taken;        /* [mesh->ntri] by the edit that is tried */
     Box room;              /* where edits may happen, */
     int32_t *near;         /* and the triangles that reach into it */
@@ -59,7 +62,19 @@ static Corners corners_of(const Mesh *m, int t)
 
 static void note_box(Uncross *u, int t)
 {
-    if (!tri_is_dead(u->r->mesh, t)) u->box[t] = corners_of(u->r->mesh, t).box;
+    if (tri_is_dead(u->r->mesh, t)) return;
+    u->box[t] = corners_of(u->r->mesh, t).box;
+    u->block[t / BLOCK] = box_join(u->block[t / BLOCK], u->box[t]);
+}
+
+static void find_boxes(Uncross *u)
+{
+    const Box none = {vec3(INFINITY, INFINITY, INFINITY), vec3(-INFINITY, -INFINITY, -INFINITY)};
+    int n = u->r->mesh->ntri;
+    u->box = NEW(Box, n);
+    u->block = NEW(Box, n / BLOCK + 1);
+    for (int b = 0; b <= n / BLOCK; b++) u->block[b] = none;
+    for (int t = 0; t < n; t++) note_box(u, t);
 }
 
 /* --- an edit tried ------------------------------------------------------------------------------------------------------- */
@@ -234,10 +249,13 @@ static void find_near(Uncross *u, const TriPair *pair)
     u->room.lo = v_sub(u->room.lo, vec3(d, d, d));
     u->room.hi = v_add(u->room.hi, vec3(d, d, d));
     u->nnear = 0;
-    for (int t = 0; t < m->ntri; t++) {
-        if (tri_is_dead(m, t) || !boxes_meet(&u->box[t], &u->room)) continue;
-        RESERVE(u->near, u->capnear, u->nnear + 1);
-        u->near[u->nnear++] = t;
+    for (int b = 0; b * BLOCK < m->ntri; b++) {
+        if (!boxes_meet(&u->block[b], &u->room)) continue;
+        for (int t = b * BLOCK; t < int_min(m->ntri, (b + 1) * BLOCK); t++) {
+            if (tri_is_dead(m, t) || !boxes_meet(&u->box[t], &u->room)) continue;
+            RESERVE(u->near, u->capnear, u->nnear + 1);
+            u->near[u->nnear++] = t;
+        }
     }
 }
 
@@ -269,12 +287,12 @@ int remesh_uncross(Remesh *r)
     TriPair *pair = NULL;
     int cap = 0, left = 0;
     bool helped = true;
-    Uncross u = {.r = r, .box = NEW(Box, m->ntri), .taken = NEW0(uint8_t, m->ntri)};
+    Uncross u = {.r = r, .taken = NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
-    for (int t = 0; t < m->ntri; t++) note_box(&u, t);
     for (int round = 0; helped && round < ROUNDS_MAX; round++) {
         helped = false;
         left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+        if (left && !u.box) find_boxes(&u);
         for (int i = 0; i < left; i++) {
             if (!still_crosses(m, &pair[i]) || !uncross_pair(&u, &pair[i])) continue;
             helped = true;
@@ -284,6 +302,7 @@ int remesh_uncross(Remesh *r)
     if (helped) left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
     mem_free(pair);
     mem_free(u.box);
+    mem_free(u.block);
     mem_free(u.taken);
     mem_free(u.near);
     mem_free(u.old);
