@@ -248,12 +248,14 @@ static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pa
     return splits > 0;
 }
 
-/* Takes triangles that run through one another apart; returns how many pairs are left. */
+/* Turns inverted triangles back and takes those that run through one another apart; returns how many pairs are left. */
 static int uncross(const IsoSurface *iso, Mesh *m, double edge)
 {
     Remesh r;
     int32_t *home = audit_mesh_homes(iso, m);
     remesh_begin(&r, m, iso->field, edge, &(Homes){iso_is_home, iso, home});
+    int found;
+    remesh_heal(&r, NULL, &found);
     int left = remesh_uncross(&r);
     if (m->deadtri) remesh_compact(&r, NULL);
     remesh_end(&r);

@@ -17,7 +17,7 @@ TrackSettings track_defaults(void)
 {
     return (TrackSettings){
         .edge = 1.5, .edge_in_voxels = true, .e_min = 0.8, .e_max = 2, .eps_e = 0.1, .relax_steps = 3,
-        .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.09,
+        .mech = mechanics_defaults(), .angle_deg = 20, .passes = 4, .deviation_vox = 0.085,
         .refine_by = REFINE_BY_NORMALS, .refine_scheme = REFINE_SCHEME_PAPERS, .min_aspect = 0, .topology = TOPOLOGY_EXACT, .fps = 24,
     };
 }
