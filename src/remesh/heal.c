@@ -70,7 +70,6 @@ static bool try_place(Remesh *r, int v, Vec3 p, int before)
 /* Towards the neighbours' mean; failing that, anywhere in the tangent plane around that leaves fewer triangles inverted. */
 static bool heal_by_move(Remesh *r, int t)
 {
-    static const double COS[8] = {1, 0.7071067811865476, 0, -0.7071067811865476, -1, -0.7071067811865476, 0, 0.7071067811865476};
     Mesh *m = r->mesh;
     for (int k = 0; k < 3; k++) {
         int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
@@ -80,13 +79,9 @@ static bool heal_by_move(Remesh *r, int t)
     }
     for (int k = 0; k < 3; k++) {
         int v = m->corner[3 * t + k], before = count_ring(r, v, m->pos[v], NONE);
-        Vec3 mean = mesh_ring_mean(m, v), n = r->normal[v], side = fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0);
-        Vec3 u = v_unit(v_cross(n, side)), w = v_cross(n, u);
-        for (int i = 0; i < 24; i++) {
-            double radius = 0.2 * (1 + i / 8) * r->edge;
-            Vec3 p = v_axpy(v_axpy(mean, radius * COS[i & 7], u), radius * COS[(i + 6) & 7], w);
-            if (try_place(r, v, p, before)) return true;
-        }
+        Vec3 mean = mesh_ring_mean(m, v), n = r->normal[v];
+        for (int i = 0; i < 24; i++)
+            if (try_place(r, v, remesh_place_around(mean, n, i, 0.2, r->edge), before)) return true;
     }
     return false;
 }

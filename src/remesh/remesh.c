@@ -34,6 +34,14 @@ void fitness_worsen(Fitness *f, Fitness by)
     f->quality = real_min(f->quality, by.quality);
 }
 
+Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge)
+{
+    static const double COS[8] = {1, 0.7071067811865476, 0, -0.7071067811865476, -1, -0.7071067811865476, 0, 0.7071067811865476};
+    Vec3 side = fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0), u = v_unit(v_cross(n, side)), w = v_cross(n, u);
+    double radius = step * (1 + i / 8) * edge;
+    return v_axpy(v_axpy(p, radius * COS[i & 7], u), radius * COS[(i + 6) & 7], w);
+}
+
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p)
 {
     Vec3 n;

@@ -37,6 +37,8 @@ double triangle_deviation(const Field *f, const Vec3 p[3]);
 
 static inline bool remesh_in_zone(const Remesh *r, int v) { return !r->zone || r->zone[v]; }
 
+/* Place i in the plane across n around p: eight to a ring, the rings `step` edges apart. */
+Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);
 /* The field's outward unit normal at p. */
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
 /* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p is as it was. */

@@ -201,16 +201,12 @@ static bool try_place(Uncross *u, int v, Vec3 p)
 /* To the neighbours' mean, part of the way, or in the tangent plane around it. */
 static bool try_move(Uncross *u, int v)
 {
-    static const double COS[8] = {1, 0.7071067811865476, 0, -0.7071067811865476, -1, -0.7071067811865476, 0, 0.7071067811865476};
     const Remesh *r = u->r;
     Vec3 was = r->mesh->pos[v], mean = mesh_ring_mean(r->mesh, v), n = r->normal[v];
     for (int i = 0; i < 3; i++)
         if (try_place(u, v, v_mix(was, mean, 1 - 0.3 * i))) return true;
-    Vec3 x = v_unit(v_cross(n, fabs(n.x) < 0.6 ? vec3(1, 0, 0) : vec3(0, 1, 0))), y = v_cross(n, x);
-    for (int i = 0; i < PLACES; i++) {
-        double radius = 0.15 * (1 + i / 8) * r->edge;
-        if (try_place(u, v, v_axpy(v_axpy(mean, radius * COS[i & 7], x), radius * COS[(i + 6) & 7], y))) return true;
-    }
+    for (int i = 0; i < PLACES; i++)
+        if (try_place(u, v, remesh_place_around(mean, n, i, 0.15, r->edge))) return true;
     return false;
 }
 

@@ -77,6 +77,13 @@ static void renew_specks(const IsoSurface *iso, const Mesh *m, const uint8_t *fr
     }
 }
 
+static bool is_large_wrong(const IsoSurface *iso, const uint8_t *wrong)
+{
+    bool any = false;
+    for (int k = 0; k < iso->ncomp; k++) any = any || (wrong[k] && iso->comp_loops[k] >= SMALL_LOOPS);
+    return any;
+}
+
 static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, Verdict *v)
 {
     int32_t *comp = NEW(int32_t, m->ntri);
@@ -95,8 +102,7 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     v->any = false;
     for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
     for (int c = 0; c < iso->ncell; c++) v->any = v->any || f->cell[c];
-    v->crumbs = !v->any;
-    for (int k = 0; k < iso->ncomp; k++) v->crumbs = v->crumbs && (!v->wrong[k] || iso->comp_loops[k] < SMALL_LOOPS);
+    v->crumbs = !v->any && !is_large_wrong(iso, v->wrong);
     v->any = v->any || a.wrong_mesh + a.wrong_iso > 0;
     count_faulty(iso, m, v);
     if (round == 0) renew_specks(iso, m, opt->frozen, v);
@@ -249,12 +255,12 @@ static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pa
 }
 
 /* Turns inverted triangles back and takes those that run through one another apart; returns how many pairs are left. */
-static int uncross(const IsoSurface *iso, Mesh *m, double edge)
+static int untangle(const IsoSurface *iso, Mesh *m, double edge)
 {
     Remesh r;
+    int found;
     int32_t *home = audit_mesh_homes(iso, m);
     remesh_begin(&r, m, iso->field, edge, &(Homes){iso_is_home, iso, home});
-    int found;
     remesh_heal(&r, NULL, &found);
     int left = remesh_uncross(&r);
     if (m->deadtri) remesh_compact(&r, NULL);
@@ -271,7 +277,7 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
     for (int k = 0; k < SPLITS_MAX && n > 0; k++) {
         Mesh trial = copy_mesh(m);
         bool split = split_pairs(iso, &trial, n, pair);
-        int left = split ? uncross(iso, &trial, edge) : n;
+        int left = split ? untangle(iso, &trial, edge) : n;
         if (left < n) {
             Mesh was = *m;
             *m = trial;
@@ -291,11 +297,11 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         Verdict v;
         judge(iso, opt, m, round, &v);
         again = v.any;
-        if (v.crumbs && round >= ROUND_WHOLE) round = int_max(round, ROUND_EXACT);
+        if (v.crumbs && round >= ROUND_WHOLE) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
-        if (again && opt->crossings) uncross(iso, m, opt->edge);
+        if (again && opt->crossings) untangle(iso, m, opt->edge);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
