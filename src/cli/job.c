@@ -103,6 +103,9 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
         .print = option_given(o, OPT_PRINT),
+        .resume = option_given(o, OPT_RESUME),
+        .keep_state = option_given(o, OPT_KEEP_STATE),
+        .start_from = option_text(o, OPT_START_FROM),
         .turn = {.up = option_given(o, OPT_UP) ? (UpAxis)option_choice(o, OPT_UP) : UP_AS_IT_IS,
                  .scale = option_real(o, OPT_SCALE)},
         .frames = option_text(o, OPT_FRAMES),
@@ -137,7 +140,7 @@ void job_echo(const Options *o, const char *version, FILE *report)
     int n = 0;
     for (int i = 0; i < OPTION_COUNT; i++) {
         const OptionSpec *spec = &option_table[i];
-        if (spec->echo == OPTION_HIDE || (spec->echo == OPTION_GIVEN && !option_given(o, i)) || is_beside_the_point(o, i)) continue;
+        if (spec->echo == OPTION_HIDE || spec->echo == OPTION_RUN || (spec->echo == OPTION_GIVEN && !option_given(o, i)) || is_beside_the_point(o, i)) continue;
         bool is_number = spec->kind == OPTION_REAL || spec->kind == OPTION_INT;
         if (is_number) snprintf(number[n], sizeof number[n], "%.9g", o->value[i].real[0]);
         const char *text = is_number && o->value[i].text ? number[n] : o->value[i].text;

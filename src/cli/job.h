@@ -19,6 +19,8 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    bool resume, keep_state;
+    const char *start_from;     /* NULL: anew */
     Turn turn;                  /* of what is written */
     const char *frames;         /* A-B[xS]; NULL: all */
     bool has_scene;             /* the frames are a scene's */
