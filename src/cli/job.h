@@ -19,7 +19,8 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
-    bool resume, keep_state;
+    bool resume, keep_state, follow;
+    uint64_t max_memory;        /* bytes; 0: no limit */
     const char *start_from;     /* NULL: anew */
     Turn turn;                  /* of what is written */
     const char *frames;         /* A-B[xS]; NULL: all */

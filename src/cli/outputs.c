@@ -69,8 +69,10 @@ static bool open_all(Outputs *o, double fps, Store *s, Err *err)
     for (int i = 0; i < LINES_COUNT; i++) good = good && open_lines(o, i, s, err);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, s, err);
-    if (!good) close_all(o, !s);
-    return good;
+    if (good) return true;
+    close_all(o, !s);
+    o->job = NULL;
+    return false;
 }
 
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)

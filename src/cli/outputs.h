@@ -30,7 +30,7 @@ typedef struct OutFrame {
 void outframe_free(OutFrame *f);
 
 typedef struct Outputs {
-    const MeshJob *job;
+    const MeshJob *job;                      /* NULL: not open */
     OutFile lines[LINES_COUNT];
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
     ReportTotals totals;

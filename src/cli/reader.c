@@ -99,6 +99,7 @@ static void next_frame(Reader *r, ReadFrame *f)
 {
     *f = (ReadFrame){0};
     f->step = sequence_next(r->sequence, &f->frame, &f->err);
+    if (f->step == SEQUENCE_FRAME && r->job->follow && !sequence_await(r->sequence, &f->frame)) f->step = SEQUENCE_END;
     if (f->step != SEQUENCE_FRAME) return;
     readframe_read(r->job, r->surface, f);
     r->surface = f->surface;

@@ -215,7 +215,7 @@ static bool close_outputs(Run *run, bool good, Err *err)
     Outputs *out = &run->out;
     Err *to = good ? err : &(Err){0}; /* the first failure is told */
     good = writer_close(run->writer, to) && good;
-    if (!out->job) return good; /* not begun */
+    if (!out->job) return good;
     if (good && out->nframe == 0 && !stop_signal())
         good = fail(err, ERR_INPUT, out->totals.skipped ? "none of the frames could be read" : "there were no frames to read");
     to = good ? err : &(Err){0};
@@ -254,6 +254,7 @@ int run_job(Run *run, const Options *o)
     run->tracked = run->shown = NONE;
     run->frame_start_s = console_clock();
     thread_set_count(run->job.threads);
+    if (run->job.max_memory && !mem_limit(run->job.max_memory)) console_note(&run->console, "--max-memory: this system cannot limit it");
 
     bool good = open_all(run, o, &err) && follow(run, o, &err);
     reader_close(run->reader);
