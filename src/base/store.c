@@ -62,7 +62,7 @@ void store_text(Store *s, char **text)
     STORE(s, n);
     STORE_ARRAY(s, *text, n);
     if (!s->reading) return;
-    store_expect(s, n == 0 || (*text)[n - 1] == 0);
+    store_expect(s, s->bad || n == 0 || (*text)[n - 1] == 0);
     if (n && !s->bad) return;
     mem_free(*text);
     *text = NULL;

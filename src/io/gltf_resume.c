@@ -1,6 +1,8 @@
 /* gltf_resume.c: an animated glTF left in one run and gone on with in the next. */
 #include "io/gltf_priv.h"
 
+/* --- the parts --------------------------------------------------------------------------------------- */
+
 bool gltf_sync(Gltf *g, Err *err)
 {
     for (int p = g->synced; p < g->doc.npart; p++)
@@ -9,32 +11,45 @@ bool gltf_sync(Gltf *g, Err *err)
     return true;
 }
 
-/* Whether the tables name only what is there. */
+/* --- whether the tables name only what is there ------------------------------------------------------ */
+
+static bool is_row(int i, int n) { return i >= 0 && i < n; }
+
+static bool is_view(const GltfDoc *d, const GltfView *v)
+{
+    if (!is_row(v->part, d->npart)) return false;
+    uint64_t bytes = d->part_bytes[v->part];
+    return v->offset <= bytes && v->bytes <= bytes - v->offset;
+}
+
+static bool is_run(const GltfDoc *d, const GltfRun *r)
+{
+    if (!is_row(r->index, d->naccessor) || !is_row(r->id, d->naccessor)) return false;
+    return r->attr >= 0 && r->nattr >= 0 && r->attr <= d->nattr && r->nattr <= d->nattr - r->attr;
+}
+
+static bool is_piece(const GltfDoc *d, const GltfPiece *p)
+{
+    int n = d->naccessor;
+    if (!is_row(p->run, d->nrun) || !is_row(p->position, n) || !is_row(p->normal, n)) return false;
+    if (p->velocity != NONE && !is_row(p->velocity, n)) return false;
+    if (!is_row(p->ntarget, GLTF_TARGETS + 1)) return false;
+    return p->ntarget == 0 || (is_row(p->target, n) && 2 * p->ntarget <= n - p->target);
+}
+
 static bool is_sound(const Gltf *g)
 {
     const GltfDoc *d = &g->doc;
-    for (int i = 0; i < d->nview; i++) {
-        const GltfView *v = &d->view[i];
-        if (v->part < 0 || v->part >= d->npart || v->offset > d->part_bytes[v->part] || v->bytes > d->part_bytes[v->part] - v->offset) return false;
-    }
-    for (int i = 0; i < d->naccessor; i++)
-        if (d->accessor[i].view < 0 || d->accessor[i].view >= d->nview) return false;
-    for (int i = 0; i < d->nattr; i++)
-        if (!d->attr[i].name || d->attr[i].accessor < 0 || d->attr[i].accessor >= d->naccessor) return false;
-    for (int i = 0; i < d->nrun; i++) {
-        const GltfRun *r = &d->run[i];
-        if (r->index < 0 || r->index >= d->naccessor || r->id < 0 || r->id >= d->naccessor) return false;
-        if (r->attr < 0 || r->nattr < 0 || r->nattr > d->nattr - r->attr) return false;
-    }
-    for (int i = 0; i < d->npiece; i++) {
-        const GltfPiece *p = &d->piece[i];
-        bool targets = p->ntarget == 0 || (p->target >= 0 && p->target < d->naccessor - 2 * p->ntarget + 1);
-        if (p->run < 0 || p->run >= d->nrun || p->ntarget < 0 || p->ntarget > GLTF_TARGETS || !targets) return false;
-        if (p->position < 0 || p->position >= d->naccessor || p->normal < 0 || p->normal >= d->naccessor) return false;
-        if (p->velocity < NONE || p->velocity >= d->naccessor) return false;
-    }
-    return g->frame >= -1 && (!g->open || d->npiece > 0);
+    bool sound = g->frame >= -1 && (!g->open || d->npiece > 0);
+    for (int i = 0; i < d->nview; i++) sound = sound && is_view(d, &d->view[i]);
+    for (int i = 0; i < d->naccessor; i++) sound = sound && is_row(d->accessor[i].view, d->nview);
+    for (int i = 0; i < d->nattr; i++) sound = sound && d->attr[i].name && is_row(d->attr[i].accessor, d->naccessor);
+    for (int i = 0; i < d->nrun; i++) sound = sound && is_run(d, &d->run[i]);
+    for (int i = 0; i < d->npiece; i++) sound = sound && is_piece(d, &d->piece[i]);
+    return sound;
 }
+
+/* --- what is kept ------------------------------------------------------------------------------------ */
 
 static void store_tables(GltfDoc *d, Store *s)
 {
