@@ -122,6 +122,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
         .print = option_given(o, OPT_PRINT),
         .resume = option_given(o, OPT_RESUME),
+        .json_log = option_given(o, OPT_JSON_LOG),
         .follow = option_given(o, OPT_FOLLOW),
         .keep_state = option_given(o, OPT_KEEP_STATE),
         .start_from = option_text(o, OPT_START_FROM),
