@@ -1,70 +1,12 @@
-/* distance.c: how far a mesh and the surface are from one another, both ways.
- *
- * The nearest point of the surface is looked for by two ways of descent, from the point itself and from the nearest triangle
- * of the reference, each slid along the surface towards the point: every candidate is on the surface, so the distance is never
- * too short. The nearest point of the mesh is exact. */
+/* distance.c: how far a mesh and the surface are from one another, both ways, over samples of each. */
 #include "check/check_priv.h"
 
 #include "base/hash.h"
 #include "base/thread.h"
 
-enum { SLIDES = 12, HALVINGS = 4, GRAIN = 256 };
+enum { GRAIN = 256 };
 #define DENSITY 4.0         /* drawn samples a square voxel */
 #define DRAWN_MOST 1e6      /* of a triangle */
-#define NEAR_VOX 0.05       /* from here on the first way is trusted; a vertex farther off is off the surface */
-#define DOWN_REACH_VOX 0.3  /* of the first projection */
-#define SEEK_REACH_VOX 0.5  /* of that from the reference's triangles, which are nearer */
-#define SLIDE_REACH_VOX 1.0
-#define SLIDE_STEP_VOX 0.5
-
-/* --- from a point to the surface ------------------------------------------------------------------ */
-
-/* The surface's own gradient: within the cell, or the function's where that is known. */
-static Vec3 gradient_at(const Field *f, Vec3 p)
-{
-    Vec3 g;
-    bool known;
-    if (f->exact.sample) return field_gradient(f, p);
-    field_value(f, p, &g, &known);
-    return g;
-}
-
-/* Slides the surface point p towards q as long as that brings it nearer; the distance that is left. */
-static double slide(const Field *f, Vec3 q, Vec3 p)
-{
-    double best = v_dist(p, q);
-    for (int i = 0; i < SLIDES; i++) {
-        Vec3 n = v_unit(gradient_at(f, p)), off = v_sub(q, p), way = v_axpy(off, -v_dot(off, n), n);
-        double len = v_len(way), step = real_min(1, SLIDE_STEP_VOX * f->voxel / len);
-        if (!(len > 1e-4 * (best + 1e-3 * f->voxel))) return best;
-        bool nearer = false;
-        for (int k = 0; k < HALVINGS && !nearer; k++, step *= 0.5) {
-            Vec3 next = v_axpy(p, step, way);
-            uint8_t status;
-            field_project(f, 1, &next, SLIDE_REACH_VOX * f->voxel, &status);
-            double d = v_dist(next, q);
-            nearer = status == LANDED && d < best - 1e-7 * f->voxel;
-            if (nearer) p = next, best = d;
-        }
-        if (!nearer) return best;
-    }
-    return best;
-}
-
-/* Voxels. */
-static double distance_to_surface(const CheckSurface *s, Vec3 q)
-{
-    const Field *f = s->field;
-    double best = INFINITY;
-    uint8_t status;
-    Vec3 p = q;
-    field_project(f, 1, &p, DOWN_REACH_VOX * f->voxel, &status);
-    if (status == LANDED) best = slide(f, q, p);
-    if (best < NEAR_VOX * f->voxel || s->tri.ntri == 0) return best / f->voxel;
-    Vec3 near = p = closest_find(&s->index, q).point;
-    field_project(f, 1, &p, SEEK_REACH_VOX * f->voxel, &status);
-    return real_min(best, status == LANDED ? slide(f, q, p) : v_dist(near, q)) / f->voxel;
-}
 
 /* --- samples -------------------------------------------------------------------------------------- */
 
@@ -131,27 +73,43 @@ static void sample_mesh(const Ready *r, double voxel, Samples *out)
     }
 }
 
+typedef struct LandJob {
+    const Field *field;
+    Samples *samples;
+    uint8_t *landed;
+} LandJob;
+
+static void land_block(void *ctx, int begin, int end)
+{
+    LandJob *job = ctx;
+    for (int i = begin; i < end; i++) job->landed[i] = foot_land(job->field, &job->samples->pos[i], FOOT_SEEK_VOX);
+}
+
+static void land_samples(const Field *f, Samples *s)
+{
+    uint8_t *landed = NEW(uint8_t, s->n);
+    int n = 0;
+    parallel_for(s->n, GRAIN, land_block, &(LandJob){f, s, landed});
+    for (int i = 0; i < s->n; i++) {
+        if (!landed[i]) continue;
+        s->pos[n] = s->pos[i];
+        s->weight[n++] = s->weight[i];
+    }
+    s->n = n;
+    mem_free(landed);
+}
+
 /* Points drawn from the reference and landed on the surface; its cut grid edges besides, for the extremes. */
 static void sample_surface(const CheckSurface *s, Samples *out)
 {
-    const Field *f = s->field;
     for (int t = 0; t < s->tri.ntri; t++) {
         Vec3 q[3];
         for (int k = 0; k < 3; k++) q[k] = s->tri.pos[s->tri.tri[3 * t + k]];
-        int drawn = drawn_count(0.5 * v_len(v_area2(q[0], q[1], q[2])), f->voxel, t);
+        int drawn = drawn_count(0.5 * v_len(v_area2(q[0], q[1], q[2])), s->field->voxel, t);
         for (int k = 0; k < drawn; k++) samples_add(out, drawn_point(q, t, k), 1);
     }
-    for (int e = 0; e < s->iso.nedge; e++) samples_add(out, affine_to_world(&f->xform, s->iso.edge_pos[e]), 0);
-    uint8_t *status = NEW(uint8_t, out->n);
-    field_project(f, out->n, out->pos, SEEK_REACH_VOX * f->voxel, status);
-    int n = 0;
-    for (int i = 0; i < out->n; i++) {
-        if (status[i] != LANDED) continue;
-        out->pos[n] = out->pos[i];
-        out->weight[n++] = out->weight[i];
-    }
-    out->n = n;
-    mem_free(status);
+    for (int e = 0; e < s->iso.nedge; e++) samples_add(out, affine_to_world(&s->field->xform, s->iso.edge_pos[e]), 0);
+    land_samples(s->field, out);
 }
 
 /* --- measuring ------------------------------------------------------------------------------------ */
@@ -167,7 +125,7 @@ static void measure_block(void *ctx, int begin, int end)
     const Measure *m = ctx;
     for (int i = begin; i < end; i++) {
         Vec3 p = m->samples->pos[i];
-        m->samples->dist[i] = m->mesh ? sqrt(closest_find(m->mesh, p).dist2) / m->surface->field->voxel : distance_to_surface(m->surface, p);
+        m->samples->dist[i] = m->mesh ? sqrt(closest_find(m->mesh, p).dist2) / m->surface->field->voxel : foot_distance_vox(m->surface, p);
     }
 }
 
@@ -195,7 +153,7 @@ static void tell(const Field *f, const Samples *samples, CheckFigure first, Chec
 static int count_off(const Field *f, const Ready *r, const Samples *samples)
 {
     int n = 0;
-    for (int v = 0; v < r->mesh->nvert; v++) n += samples->weight[v] > 0 && samples->dist[v] > NEAR_VOX && depth_of(f, r->pos[v]) >= 0;
+    for (int v = 0; v < r->mesh->nvert; v++) n += samples->weight[v] > 0 && samples->dist[v] > FOOT_NEAR_VOX && depth_of(f, r->pos[v]) >= 0;
     return n;
 }
 
