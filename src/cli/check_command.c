@@ -108,30 +108,16 @@ static bool check_all(CheckRun *run, Err *err)
 
 /* --- the run -------------------------------------------------------------------------------------- */
 
-/* A name that says which meshes it holds is taken at its word; any other file's are geometric. */
-static bool names_one_kind(const char *name, int *which)
-{
-    size_t n = strlen(name);
-    bool file = (n > 4 && (strcmp(name + n - 4, ".ply") == 0 || strcmp(name + n - 4, ".glb") == 0)) || (n > 5 && strcmp(name + n - 5, ".gltf") == 0);
-    *which = strstr(name, "mechanical") ? MECHANICAL : GEOMETRIC;
-    return file;
-}
-
+/* Of a PREFIX those that are asked for, or are there; a file's are geometric unless its name says otherwise. */
 static bool open_meshes(CheckRun *run, const Options *o, Err *err)
 {
     const char *name = option_text(o, CHECK_OPT_MESHES);
-    int which;
-    Err first = {0};
-    if (option_given(o, CHECK_OPT_KIND) || names_one_kind(name, &which)) {
-        if (option_given(o, CHECK_OPT_KIND)) which = option_choice(o, CHECK_OPT_KIND) == 0 ? GEOMETRIC : MECHANICAL;
-        run->kind[which].meshes = mesh_sequence_open(name, kind_name[which], err);
-        return run->kind[which].meshes != NULL;
-    }
-    for (int k = KINDS - 1; k >= 0; k--) {
-        run->kind[k].meshes = mesh_sequence_open(name, kind_name[k], err);
-        if (!run->kind[k].meshes && first.code == ERR_NONE) first = *err;
-    }
-    *err = first;
+    int only = option_given(o, CHECK_OPT_KIND)  ? (option_choice(o, CHECK_OPT_KIND) == 0 ? GEOMETRIC : MECHANICAL)
+               : mesh_sequence_is_prefix(name) ? NONE
+               : strstr(name, "mechanical")    ? MECHANICAL
+                                               : GEOMETRIC;
+    for (int k = 0; k < KINDS; k++)
+        if (only == NONE || only == k) run->kind[k].meshes = mesh_sequence_open(name, kind_name[k], err);
     return run->kind[MECHANICAL].meshes || run->kind[GEOMETRIC].meshes;
 }
 

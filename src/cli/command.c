@@ -17,7 +17,7 @@ static const struct {
     {"check", "measure meshes against the field they came from", check_command},
     {"farm", "cut a sequence into chunks and stitch the results", NULL},
     {"report", "a page of plots and events", NULL},
-    {"diff", "compare two meshes or sequences", NULL},
+    {"diff", "compare two meshes or sequences", diff_command},
     {"info", "what a volume or mesh file holds", info_command},
 };
 enum { COMMAND_COUNT = sizeof command / sizeof *command };

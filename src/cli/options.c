@@ -30,12 +30,19 @@ static const OptionSpec info_table[] = {
 static const OptionSpec check_table[] = {
 #include "cli/check.def"
 };
-_Static_assert((int)CHECK_OPTION_COUNT <= (int)OPTION_COUNT && (int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+static const OptionSpec diff_table[] = {
+#include "cli/diff.def"
+};
+_Static_assert((int)DIFF_OPTION_COUNT <= (int)OPTION_COUNT && (int)CHECK_OPTION_COUNT <= (int)OPTION_COUNT && (int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
 const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
 const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
+const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
 

@@ -54,13 +54,19 @@ typedef enum CheckOptionId {
 #include "cli/check.def"
     CHECK_OPTION_COUNT
 } CheckOptionId;
+typedef enum DiffOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) DIFF_##id,
+#include "cli/diff.def"
+    DIFF_OPTION_COUNT
+} DiffOptionId;
 
 typedef struct OptionTable {
     const char *command;
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */

@@ -29,6 +29,14 @@ static bool ends_in(const char *path, const char *ending)
 static bool is_ply(const char *path) { return ends_in(path, ".ply"); }
 static bool is_gltf(const char *path) { return ends_in(path, ".glb") || ends_in(path, ".gltf"); }
 
+static bool exists(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0;
+}
+
+bool mesh_sequence_is_prefix(const char *name) { return !is_ply(name) && !is_gltf(name) && !exists(name); }
+
 /* --- PLY files ------------------------------------------------------------------------------------ */
 
 static bool add_files(MeshSequence *s, int n, char *const *name, Err *err)
@@ -101,16 +109,10 @@ static bool add_gltf(MeshSequence *s, const char *path, Err *err)
     return true;
 }
 
-static bool exists(const char *path)
-{
-    struct stat st;
-    return stat(path, &st) == 0;
-}
-
 static bool add_any(MeshSequence *s, char *name, const char *kind, Err *err)
 {
     if (is_gltf(name)) return add_gltf(s, name, err);
-    if (is_ply(name) || exists(name)) return add_files(s, 1, &name, err);
+    if (!mesh_sequence_is_prefix(name)) return add_files(s, 1, &name, err);
     if (!add_prefix(s, name, kind, err)) return false;
     for (int i = 0; s->n == 0 && i < 2; i++) {
         char *path = join(name, ".", kind, i == 0 ? ".glb" : ".gltf");

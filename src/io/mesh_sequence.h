@@ -12,6 +12,9 @@
 
 typedef struct MeshSequence MeshSequence;
 
+/* A PREFIX, of which there are two kinds: the name is none of a PLY or glTF, nor of a file or folder that exists. */
+bool mesh_sequence_is_prefix(const char *name);
+
 /* KIND goes with a PREFIX: "geometric" or "mechanical". NULL with a sentence, ERR_INPUT, where there is no such sequence. */
 MeshSequence *mesh_sequence_open(const char *name, const char *kind, Err *err);
 void mesh_sequence_close(MeshSequence *s);
