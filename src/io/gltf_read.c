@@ -8,7 +8,7 @@
 
 /* In all channels: a file that shares few keys among many nodes must not make much of them. */
 enum { KEYS_MOST = 1 << 24 };
-#define GAP_MOST 1e9 /* between two keys, in the shortest way between any */
+#define GAP_MOST 1e9 /* frames between two keys */
 
 typedef struct Key {
     double time;
@@ -185,23 +185,36 @@ static int compare_keys(const void *pa, const void *pb)
     return a->row < b->row ? -1 : a->row > b->row;
 }
 
-/* Numbers the keys by the shortest way between two times: of each to the one before it, for times far from 0 are rounded. */
+/* The mean of the ways between two times that are about as long as the shortest: times far from 0 are rounded. */
+static double frame_seconds(const GltfReader *r)
+{
+    double shortest = INFINITY, sum = 0;
+    int n = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        double before = 0;
+        for (int k = 0; k < r->nkey; before = r->key[k++].time) {
+            double way = r->key[k].time - before;
+            if (pass == 0 && way > 0) shortest = real_min(shortest, way);
+            if (pass == 1 && way > 0 && way < 1.5 * shortest) sum += way, n++;
+        }
+    }
+    return n ? sum / n : 1;
+}
+
+/* Numbers the keys, which stand whole frames apart. What a frame lasts is known the better the farther they go. */
 static bool number_keys(GltfReader *r, Err *err)
 {
-    double shortest = INFINITY, before = 0;
+    double before = 0, seconds;
     int64_t number = 0;
     qsort(r->key, (size_t)r->nkey, sizeof *r->key, compare_keys);
+    seconds = frame_seconds(r);
     for (int k = 0; k < r->nkey; k++) {
-        if (r->key[k].time > before) shortest = real_min(shortest, r->key[k].time - before);
-        before = r->key[k].time;
-    }
-    before = 0;
-    for (int k = 0; k < r->nkey; k++) {
-        double steps = r->key[k].time > before ? (r->key[k].time - before) / shortest : 0;
+        double steps = (r->key[k].time - before) / seconds;
         if (!(steps <= GAP_MOST)) return gltf_refuse(&r->bytes, "the keys of its animation are no frames", err);
         number += (int64_t)(steps + 0.5);
         r->key[k].number = number;
         before = r->key[k].time;
+        if (number > 0) seconds = before / (double)number;
     }
     return true;
 }
