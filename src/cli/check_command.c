@@ -68,7 +68,9 @@ static void check_kind(CheckRun *run, int which, const CheckSurface *surface)
         say_trouble(run, &err);
         return;
     }
-    check_mesh(&run->settings, surface, &k->mesh, &row);
+    CheckSettings settings = run->settings;
+    if (which == GEOMETRIC) settings.edge = 0; /* it is refined by curvature: no length was aimed at */
+    check_mesh(&settings, surface, &k->mesh, &row);
     check_ids(&k->mesh, &row);
     if (k->has_last) check_motion(&run->last.field, &k->last, &run->frame.field, &k->mesh, &row);
     if (k->mesh.parent && run->kind[MECHANICAL].has_mesh) check_parents(&k->mesh, run->kind[MECHANICAL].mesh.ntri, &row);
