@@ -97,14 +97,29 @@ static int count_intersections(const Ready *r)
     return n;
 }
 
-static void measure_structure(const CheckSettings *set, const Ready *r, CheckRow *row)
+/* Where the mesh of an open border may end: an edge of it, and a voxel, from the border. */
+static int count_edges_at_border(const Field *f, const Ready *r)
+{
+    uint8_t *sides = NEW0(uint8_t, r->s.nedge);
+    int n = 0;
+    for (int h = 0; h < 3 * r->ntri; h++)
+        if (sides[r->s.side_edge[h]] < 2) sides[r->s.side_edge[h]]++;
+    for (int e = 0; e < r->s.nedge; e++) {
+        Vec3 a = r->pos[r->s.edge[e][0]], b = r->pos[r->s.edge[e][1]];
+        n += sides[e] == 1 && depth_of(f, v_mid(a, b)) <= 1 + v_dist(a, b) / f->voxel;
+    }
+    mem_free(sides);
+    return n;
+}
+
+static void measure_structure(const CheckSettings *set, const Field *f, const Ready *r, CheckRow *row)
 {
     const MeshStructure *s = &r->s;
     double *v = row->value;
     v[CHECK_VERTICES] = r->mesh->nvert;
     v[CHECK_TRIANGLES] = r->mesh->ntri;
     v[CHECK_COMPONENTS] = s->ncomp;
-    v[CHECK_BOUNDARY_EDGES] = s->boundary_edges;
+    v[CHECK_BOUNDARY_EDGES] = s->boundary_edges - (set->open_border ? count_edges_at_border(f, r) : 0);
     v[CHECK_NONMANIFOLD_EDGES] = s->nonmanifold_edges;
     v[CHECK_MISORIENTED_EDGES] = s->misoriented_edges;
     v[CHECK_NONMANIFOLD_VERTICES] = s->nonmanifold_vertices;
@@ -114,8 +129,7 @@ static void measure_structure(const CheckSettings *set, const Ready *r, CheckRow
     v[CHECK_UNREFERENCED] = s->unreferenced;
     v[CHECK_INWARD] = structure_volume(s) < 0;
     v[CHECK_FAULTS] = 0;
-    for (int i = CHECK_FAULTS + 1; i <= CHECK_INWARD; i++)
-        if (!(i == CHECK_BOUNDARY_EDGES && set->open_border)) v[CHECK_FAULTS] += v[i];
+    for (int i = CHECK_FAULTS + 1; i <= CHECK_INWARD; i++) v[CHECK_FAULTS] += v[i];
     v[CHECK_COINCIDENT] = count_coincident(r->mesh);
     if (!set->quick) v[CHECK_SELF_INTERSECTIONS] = count_intersections(r);
 }
@@ -171,7 +185,7 @@ static Ready make_ready(const TriMesh *m)
 void check_mesh(const CheckSettings *set, const CheckSurface *surface, const TriMesh *mesh, CheckRow *row)
 {
     Ready r = make_ready(mesh);
-    measure_structure(set, &r, row);
+    measure_structure(set, surface->field, &r, row);
     if (!set->open_border) measure_topology(surface, &r, row);
     if (!set->quick) measure_distances(surface, &r, row);
     measure_quality(set, surface->field, &r, row);
