@@ -136,8 +136,8 @@ static void measure_structure(const CheckSettings *set, const Field *f, const Re
 
 /* --- topology ------------------------------------------------------------------------------------- */
 
-/* The audit finds the partners; the Euler characteristics are those of the structure, which holds for meshes that are neither
- * closed nor manifold too. */
+/* The audit finds the partners; the Euler characteristics are those of the structure, which holds for meshes that are
+ * neither closed nor manifold too. */
 static void measure_topology(const CheckSurface *surface, const Ready *r, CheckRow *row)
 {
     const IsoSurface *iso = &surface->iso;

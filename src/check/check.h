@@ -1,8 +1,8 @@
 /* check.h: figures of a mesh against the field it was made from.
  *
  * What each figure is, figures.def says. The surface is that of the trilinear samples, or the field's exact function where
- * that is known; topology is always that of the samples. Distances are in voxels (world distance by Field.voxel), percentiles
- * by area. Beyond the grid's active bounding box, where the surface is closed by convention, nothing is measured but the
+ * that is known; topology is always that of the samples. Distances are in voxels (world distance by Field.voxel),
+ * percentiles by area. Beyond the grid's active bounding box, where the surface is closed by convention, nothing is measured but the
  * mesh itself. Samples are drawn from hashes of their numbers: the same figures on every run, with any number of threads. */
 #pragma once
 #include "field/field.h"

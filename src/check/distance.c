@@ -51,7 +51,8 @@ static Vec3 drawn_point(const Vec3 q[3], int t, int k)
     return v_axpy(v_axpy(v_scale(q[0], 1 - s), s * (1 - r), q[1]), s * r, q[2]);
 }
 
-/* A triangle's area falls in equal shares to its corners, the middles of its edges, its own middle and the drawn samples. */
+/* A triangle's area falls in equal shares to its corners, the middles of its edges, its own middle and the drawn samples.
+ */
 static void sample_mesh(const Ready *r, double voxel, Samples *out)
 {
     const MeshStructure *m = &r->s;
@@ -125,7 +126,8 @@ static void measure_block(void *ctx, int begin, int end)
     const Measure *m = ctx;
     for (int i = begin; i < end; i++) {
         Vec3 p = m->samples->pos[i];
-        m->samples->dist[i] = m->mesh ? sqrt(closest_find(m->mesh, p).dist2) / m->surface->field->voxel : foot_distance_vox(m->surface, p);
+        m->samples->dist[i] =
+            m->mesh ? sqrt(closest_find(m->mesh, p).dist2) / m->surface->field->voxel : foot_distance_vox(m->surface, p);
     }
 }
 
@@ -153,7 +155,8 @@ static void tell(const Field *f, const Samples *samples, CheckFigure first, Chec
 static int count_off(const Field *f, const Ready *r, const Samples *samples)
 {
     int n = 0;
-    for (int v = 0; v < r->mesh->nvert; v++) n += samples->weight[v] > 0 && samples->dist[v] > FOOT_NEAR_VOX && depth_of(f, r->pos[v]) >= 0;
+    for (int v = 0; v < r->mesh->nvert; v++)
+        n += samples->weight[v] > 0 && samples->dist[v] > FOOT_NEAR_VOX && depth_of(f, r->pos[v]) >= 0;
     return n;
 }
 

@@ -117,8 +117,8 @@ static void sampled_free(Sampled *s)
     mem_free(s->grad);
 }
 
-/* The surface itself moves along its outward normal by F_t / |grad F|, taken at the old place: what a vertex moves along it
- * beyond that is flicker. To first order, where both fields have a slope. */
+/* The surface itself moves along its outward normal by F_t / |grad F|, taken at the old place: what a vertex moves along
+ * it beyond that is flicker. To first order, where both fields have a slope. */
 static void measure_flicker(const Field *last_field, const Field *field, const Pairs *pairs, Spread *out)
 {
     Sampled a = sample(last_field, pairs->n, pairs->from), b = sample(field, pairs->n, pairs->from);

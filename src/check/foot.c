@@ -1,8 +1,9 @@
 /* foot.c: how far a point is from the surface.
  *
- * Two ways lead to it: down the gradient from the point itself, and from the nearest triangle of the reference; each is then
- * slid along the surface towards the point. Every candidate is on the surface, so the distance is never too short. The gradient
- * is the cell's own, for the surface measured has its kinks between cells; where the function is known, that one's. */
+ * Two ways lead to it: down the gradient from the point itself, and from the nearest triangle of the reference; each is
+ * then slid along the surface towards the point. Every candidate is on the surface, so the distance is never too short.
+ * The gradient is the cell's own, for the surface measured has its kinks between cells; where the function is known, that
+ * one's. */
 #include "check/check_priv.h"
 
 enum { NEWTON_MOST = 24, ROOT_MOST = 60, SLIDES = 12, CUTS = 4 };

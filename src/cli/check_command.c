@@ -76,7 +76,8 @@ static void check_kind(CheckRun *run, int which, const CheckSurface *surface)
     if (k->mesh.parent && run->kind[MECHANICAL].has_mesh) check_parents(&k->mesh, run->kind[MECHANICAL].mesh.ntri, &row);
     bool passed = check_table_add(&run->table, kind_name[which], run->frame.frame.digits, &row);
     if (run->as_json) check_table_print_row(&run->table, run->table.nrow - 1, stdout);
-    console_detail(&run->console, "frame %s: %s: %s", run->frame.frame.digits, kind_name[which], passed ? "within all limits" : "past a limit");
+    console_detail(&run->console, "frame %s: %s: %s", run->frame.frame.digits, kind_name[which],
+                   passed ? "within all limits" : "past a limit");
 }
 
 static void check_frame(CheckRun *run)
@@ -114,13 +115,18 @@ static bool check_all(CheckRun *run, Err *err)
 static bool open_meshes(CheckRun *run, const Options *o, Err *err)
 {
     const char *name = option_text(o, CHECK_OPT_MESHES);
-    int only = option_given(o, CHECK_OPT_KIND)  ? (option_choice(o, CHECK_OPT_KIND) == 0 ? GEOMETRIC : MECHANICAL)
-               : mesh_sequence_is_prefix(name) ? NONE
-               : strstr(name, "mechanical")    ? MECHANICAL
-                                               : GEOMETRIC;
-    for (int k = 0; k < KINDS; k++)
-        if (only == NONE || only == k) run->kind[k].meshes = mesh_sequence_open(name, kind_name[k], err);
-    return run->kind[MECHANICAL].meshes || run->kind[GEOMETRIC].meshes;
+    bool prefix = mesh_sequence_is_prefix(name);
+    int only = strstr(name, "mechanical") ? MECHANICAL : GEOMETRIC;
+    if (option_given(o, CHECK_OPT_KIND)) only = option_choice(o, CHECK_OPT_KIND) == 0 ? GEOMETRIC : MECHANICAL;
+    else if (prefix && mesh_sequence_is_there(name, "geometric"))
+        only = mesh_sequence_is_there(name, "mechanical") ? NONE : GEOMETRIC;
+    else if (prefix) only = mesh_sequence_is_there(name, "mechanical") ? MECHANICAL : GEOMETRIC;
+    for (int k = 0; k < KINDS; k++) {
+        if (only != NONE && only != k) continue;
+        run->kind[k].meshes = mesh_sequence_open(name, kind_name[k], err);
+        if (!run->kind[k].meshes) return false;
+    }
+    return true;
 }
 
 /* A glTF's frames are those of its run, or where that left no report those of the volumes. */
@@ -147,15 +153,17 @@ static bool check_open(CheckRun *run, Options *o, Err *err)
 {
     const char *name = option_text(o, CHECK_OPT_MESHES);
     if (!name) return fail(err, ERR_USAGE, "--meshes PREFIX is missing: name the meshes, such as -m out/splash");
-    if (o->noperand == 0) return fail(err, ERR_USAGE, "no frames are named: give the volumes that the meshes were made from, such as 'phi.####.vdb'");
+    if (o->noperand == 0)
+        return fail(err, ERR_USAGE,
+                    "no frames are named: give the volumes that the meshes were made from, such as 'phi.####.vdb'");
     run->report = run_report_read(name);
     if (!run_report_suggest(&run->report, o, err)) return false;
     run->settings = (CheckSettings){.edge = option_given(o, CHECK_OPT_EDGE) ? option_real(o, CHECK_OPT_EDGE) : 0,
                                     .edge_in_voxels = o->value[CHECK_OPT_EDGE].in_voxels,
                                     .open_border = volume_options_border_is_open(o),
                                     .quick = option_given(o, CHECK_OPT_QUICK)};
-    return check_table_open(&run->table, option_text(o, CHECK_OPT_LIMIT), err) && open_meshes(run, o, err) && number_meshes(run, o, err) &&
-           fields_open(&run->fields, o, err);
+    return check_table_open(&run->table, option_text(o, CHECK_OPT_LIMIT), err) && open_meshes(run, o, err) &&
+           number_meshes(run, o, err) && fields_open(&run->fields, o, err);
 }
 
 static void check_close(CheckRun *run)
@@ -174,7 +182,9 @@ static void check_close(CheckRun *run)
 static int check_run(CheckRun *run, Options *o)
 {
     Err err = {0};
-    Loudness loud = option_given(o, CHECK_OPT_QUIET) ? LOUD_QUIET : option_given(o, CHECK_OPT_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL;
+    Loudness loud = option_given(o, CHECK_OPT_QUIET)     ? LOUD_QUIET
+                    : option_given(o, CHECK_OPT_VERBOSE) ? LOUD_VERBOSE
+                                                         : LOUD_NORMAL;
     run->console = console_make(loud);
     run->as_json = option_given(o, CHECK_OPT_JSON);
     thread_set_count(option_given(o, CHECK_OPT_THREADS) ? option_int(o, CHECK_OPT_THREADS) : thread_hardware_count());
@@ -193,7 +203,8 @@ static int check_run(CheckRun *run, Options *o)
 static void print_help(void)
 {
     puts("twinmesh check FRAME... --meshes PREFIX\n\n"
-         "Measures meshes against the volumes, or the scene, they were made from, and says where they pass a limit. What a\n"
+         "Measures meshes against the volumes, or the scene, they were made from, and says where they pass a limit. What "
+         "a\n"
          "run was told of the surface is taken from its PREFIX.report.jsonl where that is there.");
     options_print_table(stdout, &check_options);
     check_figures_print(stdout);

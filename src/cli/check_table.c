@@ -41,10 +41,12 @@ static bool take_limit(CheckTable *t, const char **at, Err *err)
     int figure = find_figure(name, n);
     char *end;
     if (figure == NONE || check_figure[figure].bad == CHECK_BAD_PLAIN)
-        return fail(err, ERR_USAGE, "--limit: %.*s is no figure that can be limited (see twinmesh help check)", (int)n, name);
+        return fail(err, ERR_USAGE, "--limit: %.*s is no figure that can be limited (see twinmesh help check)", (int)n,
+                    name);
     double value = name[n] == '=' ? strtod(name + n + 1, &end) : NAN;
     if (!isfinite(value) || end == name + n + 1 || (*end && *end != ','))
-        return fail(err, ERR_USAGE, "--limit: %s wants a number, such as %s=0.1", check_figure[figure].name, check_figure[figure].name);
+        return fail(err, ERR_USAGE, "--limit: %s wants a number, such as %s=0.1", check_figure[figure].name,
+                    check_figure[figure].name);
     add_limit(t, kind, figure, value);
     *at = *end ? end + 1 : end;
     return true;
@@ -71,7 +73,8 @@ void check_table_free(CheckTable *t)
 static const CheckLimit *limit_of(const CheckTable *t, const char *kind, int figure)
 {
     for (int i = t->nlimit - 1; i >= 0; i--)
-        if ((int)t->limit[i].figure == figure && (!t->limit[i].kind || strcmp(t->limit[i].kind, kind) == 0)) return &t->limit[i];
+        if ((int)t->limit[i].figure == figure && (!t->limit[i].kind || strcmp(t->limit[i].kind, kind) == 0))
+            return &t->limit[i];
     return NULL;
 }
 
@@ -102,12 +105,16 @@ bool check_table_add(CheckTable *t, const char *kind, const char *frame, const C
 static bool was_measured(const CheckTable *t, const CheckLimit *limit)
 {
     for (int i = 0; i < t->nrow; i++)
-        if ((!limit->kind || strcmp(limit->kind, t->row[i].kind) == 0) && !isnan(t->row[i].row.value[limit->figure])) return true;
+        if ((!limit->kind || strcmp(limit->kind, t->row[i].kind) == 0) && !isnan(t->row[i].row.value[limit->figure]))
+            return true;
     return false;
 }
 
 /* Those that stand in figures.def go with what was measured only. */
-static bool was_asked(const CheckLimit *limit) { return limit->kind || limit->value != check_figure[limit->figure].limit; }
+static bool was_asked(const CheckLimit *limit)
+{
+    return limit->kind || limit->value != check_figure[limit->figure].limit;
+}
 
 bool check_table_passed(const CheckTable *t)
 {
@@ -202,7 +209,8 @@ void check_table_print_summary(const CheckTable *t, FILE *out)
     }
     json_t *missed = json_array();
     for (int i = 0; i < t->nlimit; i++)
-        if (was_asked(&t->limit[i]) && !was_measured(t, &t->limit[i])) json_array_append_new(missed, json_string(check_figure[t->limit[i].figure].name));
+        if (was_asked(&t->limit[i]) && !was_measured(t, &t->limit[i]))
+            json_array_append_new(missed, json_string(check_figure[t->limit[i].figure].name));
     if (json_array_size(missed)) json_object_set(o, "not_measured", missed);
     json_decref(missed);
     print_json(o, out);
@@ -215,8 +223,11 @@ static void print_figure(const CheckTable *t, const char *kind, int f, FILE *out
     Sum s = sum_of(t, kind, f);
     const CheckLimit *limit = limit_of(t, kind, f);
     if (s.n == 0) return;
-    fprintf(out, "  %-22s %10.6g %10.6g  %-8s", check_figure[f].name, s.median, s.worst, check_figure[f].bad == CHECK_BAD_PLAIN ? "" : s.frame);
-    if (limit) fprintf(out, " %s %.6g%s", check_figure[f].bad == CHECK_BAD_LOW ? ">=" : "<=", limit->value, is_within(t, kind, f, s.worst) ? "" : "  FAILED");
+    fprintf(out, "  %-22s %10.6g %10.6g  %-8s", check_figure[f].name, s.median, s.worst,
+            check_figure[f].bad == CHECK_BAD_PLAIN ? "" : s.frame);
+    if (limit)
+        fprintf(out, " %s %.6g%s", check_figure[f].bad == CHECK_BAD_LOW ? ">=" : "<=", limit->value,
+                is_within(t, kind, f, s.worst) ? "" : "  FAILED");
     fputc('\n', out);
 }
 
@@ -236,7 +247,8 @@ void check_table_print(const CheckTable *t, FILE *out)
     print_kind(t, "mechanical", out);
     print_kind(t, "geometric", out);
     for (int i = 0; i < t->nlimit; i++)
-        if (was_asked(&t->limit[i]) && !was_measured(t, &t->limit[i])) fprintf(out, "%s was not measured: FAILED\n", check_figure[t->limit[i].figure].name);
+        if (was_asked(&t->limit[i]) && !was_measured(t, &t->limit[i]))
+            fprintf(out, "%s was not measured: FAILED\n", check_figure[t->limit[i].figure].name);
     fputs(check_table_passed(t) ? "within all limits\n" : t->nrow ? "past a limit\n" : "nothing was measured\n", out);
 }
 

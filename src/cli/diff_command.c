@@ -34,7 +34,9 @@ static bool is_same_file(const char *a, const char *b)
 {
     enum { BLOCK = 1 << 16 };
     struct stat sa, sb;
-    if (stat(a, &sa) != 0 || stat(b, &sb) != 0 || !S_ISREG(sa.st_mode) || !S_ISREG(sb.st_mode) || sa.st_size != sb.st_size) return false;
+    if (stat(a, &sa) != 0 || stat(b, &sb) != 0 || !S_ISREG(sa.st_mode) || !S_ISREG(sb.st_mode) ||
+        sa.st_size != sb.st_size)
+        return false;
     FILE *f = fopen(a, "rb"), *g = fopen(b, "rb");
     char *x = NEW(char, BLOCK), *y = NEW(char, BLOCK);
     bool same = f && g;
@@ -63,8 +65,9 @@ static void print_json(json_t *o)
 
 static json_t *side_json(const DiffSide *s)
 {
-    return json_pack("{s:i,s:i,s:i,s:i,s:o,s:o,s:[o,o,o]}", "vertices", s->vertices, "triangles", s->triangles, "components", s->components, "euler", s->euler,
-                     "distance", number(s->distance), "at_most", number(s->most), "at", number(s->at[0]), number(s->at[1]), number(s->at[2]));
+    return json_pack("{s:i,s:i,s:i,s:i,s:o,s:o,s:[o,o,o]}", "vertices", s->vertices, "triangles", s->triangles,
+                     "components", s->components, "euler", s->euler, "distance", number(s->distance), "at_most",
+                     number(s->most), "at", number(s->at[0]), number(s->at[1]), number(s->at[2]));
 }
 
 static void tell_json(const DiffRun *run, const char *frame, Verdict verdict, const DiffMesh *d)
@@ -104,8 +107,10 @@ static void tell_same_run(const DiffMesh *d)
 static void tell_surfaces(const DiffMesh *d)
 {
     const DiffSide *a = &d->side[0], *b = &d->side[1];
-    printf(", triangles %d and %d, components %d and %d, Euler characteristic %d and %d", a->triangles, b->triangles, a->components, b->components, a->euler, b->euler);
-    if (!isnan(a->distance)) printf(", A to B %.6g (at most %.6g), B to A %.6g (at most %.6g)", a->distance, a->most, b->distance, b->most);
+    printf(", triangles %d and %d, components %d and %d, Euler characteristic %d and %d", a->triangles, b->triangles,
+           a->components, b->components, a->euler, b->euler);
+    if (!isnan(a->distance))
+        printf(", A to B %.6g (at most %.6g), B to A %.6g (at most %.6g)", a->distance, a->most, b->distance, b->most);
 }
 
 static void tell_text(const DiffRun *run, const char *frame, Verdict verdict, const DiffMesh *d)
@@ -127,12 +132,14 @@ static void tell_all(const DiffRun *run, bool same)
 {
     if (run->quiet) return;
     if (run->as_json) {
-        print_json(json_pack("{s:b,s:i,s:i,s:i,s:i,s:i,s:o}", "same", same, "identical", run->count[IDENTICAL], "within", run->count[WITHIN], "different",
-                             run->count[OTHER], "only_in_a", run->count[ONLY_A], "only_in_b", run->count[ONLY_B], "farthest", number(run->farthest)));
+        print_json(json_pack("{s:b,s:i,s:i,s:i,s:i,s:i,s:o}", "same", same, "identical", run->count[IDENTICAL], "within",
+                             run->count[WITHIN], "different", run->count[OTHER], "only_in_a", run->count[ONLY_A],
+                             "only_in_b", run->count[ONLY_B], "farthest", number(run->farthest)));
         return;
     }
-    printf("%s: identical %d, within the tolerance %d, different %d, on one side only %d; farthest apart %.6g\n", same ? "the same" : "different",
-           run->count[IDENTICAL], run->count[WITHIN], run->count[OTHER], run->count[ONLY_A] + run->count[ONLY_B], run->farthest);
+    printf("%s: identical %d, within the tolerance %d, different %d, on one side only %d; farthest apart %.6g\n",
+           same ? "the same" : "different", run->count[IDENTICAL], run->count[WITHIN], run->count[OTHER],
+           run->count[ONLY_A] + run->count[ONLY_B], run->farthest);
 }
 
 /* --- comparing ------------------------------------------------------------------------------------ */
@@ -179,8 +186,10 @@ static bool compare_frames(DiffRun *run, Err *err)
         int i[2];
         int64_t next = INT64_MAX;
         for (int s = 0; s < 2; s++)
-            if (at[s] < n[s] && mesh_sequence_number(run->side[s], at[s]) < next) next = mesh_sequence_number(run->side[s], at[s]);
-        for (int s = 0; s < 2; s++) i[s] = at[s] < n[s] && mesh_sequence_number(run->side[s], at[s]) == next ? at[s]++ : NONE;
+            if (at[s] < n[s] && mesh_sequence_number(run->side[s], at[s]) < next)
+                next = mesh_sequence_number(run->side[s], at[s]);
+        for (int s = 0; s < 2; s++)
+            i[s] = at[s] < n[s] && mesh_sequence_number(run->side[s], at[s]) == next ? at[s]++ : NONE;
         snprintf(label, sizeof label, "%04lld", (long long)next);
         if (!compare_frame(run, label, i, err)) return false;
     }
@@ -202,7 +211,8 @@ static void match_numbers(DiffRun *run)
 static bool compare_sequences(DiffRun *run, Err *err)
 {
     const MeshSequence *a = run->side[0], *b = run->side[1];
-    bool one = mesh_sequence_length(a) == 1 && mesh_sequence_length(b) == 1, gltf = mesh_sequence_is_gltf(a) && mesh_sequence_is_gltf(b);
+    bool one = mesh_sequence_length(a) == 1 && mesh_sequence_length(b) == 1,
+         gltf = mesh_sequence_is_gltf(a) && mesh_sequence_is_gltf(b);
     if (gltf && is_same_file(mesh_sequence_path(a, 0), mesh_sequence_path(b, 0))) {
         tell(run, "all frames", IDENTICAL, NULL);
         return true;
@@ -212,29 +222,28 @@ static bool compare_sequences(DiffRun *run, Err *err)
     return compare_frames(run, err);
 }
 
-/* Of a kind that neither side has, *there is false. */
-static bool compare_kind(DiffRun *run, const char *kind, bool *there, Err *err)
+static bool compare_kind(DiffRun *run, const char *kind, Err *err)
 {
-    Err why;
+    bool ok = true;
     run->kind = kind;
-    run->side[0] = mesh_sequence_open(run->name[0], kind, err);
-    run->side[1] = mesh_sequence_open(run->name[1], kind, run->side[0] ? err : &why);
-    *there = run->side[0] || run->side[1];
-    bool ok = run->side[0] && run->side[1] && compare_sequences(run, err);
+    for (int s = 0; ok && s < 2; s++) ok = (run->side[s] = mesh_sequence_open(run->name[s], kind, err)) != NULL;
+    ok = ok && compare_sequences(run, err);
     for (int s = 0; s < 2; s++) mesh_sequence_close(run->side[s]);
+    run->side[0] = run->side[1] = NULL;
     return ok;
 }
 
+/* Of two prefixes each kind that either has. */
 static bool compare_all(DiffRun *run, int only, Err *err)
 {
-    bool any = false, prefixes = mesh_sequence_is_prefix(run->name[0]) && mesh_sequence_is_prefix(run->name[1]);
-    if (only != NONE || !prefixes) return compare_kind(run, kind_name[only == NONE ? 0 : only], &any, err);
-    for (int k = 0; k < 2; k++) {
-        bool there;
-        if (!compare_kind(run, kind_name[k], &there, err) && there) return false;
-        any = any || there;
+    bool prefixes = mesh_sequence_is_prefix(run->name[0]) && mesh_sequence_is_prefix(run->name[1]), any = false;
+    for (int k = 0; only == NONE && prefixes && k < 2; k++) {
+        if (!mesh_sequence_is_there(run->name[0], kind_name[k]) && !mesh_sequence_is_there(run->name[1], kind_name[k]))
+            continue;
+        if (!compare_kind(run, kind_name[k], err)) return false;
+        any = true;
     }
-    return any;
+    return any || compare_kind(run, kind_name[only == NONE ? 0 : only], err);
 }
 
 /* --- the command ---------------------------------------------------------------------------------- */
@@ -244,8 +253,12 @@ static int diff_run(const Options *o)
     double tolerance = option_real(o, DIFF_TOLERANCE);
     DiffRun run = {
         .settings = {.tolerance = tolerance,
-                     .normals_deg = option_given(o, DIFF_NORMALS) ? option_real(o, DIFF_NORMALS) : tolerance > 0 ? 180 : 0,
-                     .values = option_given(o, DIFF_VALUES) ? option_real(o, DIFF_VALUES) : tolerance > 0 ? INFINITY : 0,
+                     .normals_deg = option_given(o, DIFF_NORMALS) ? option_real(o, DIFF_NORMALS)
+                                    : tolerance > 0               ? 180
+                                                                  : 0,
+                     .values = option_given(o, DIFF_VALUES) ? option_real(o, DIFF_VALUES)
+                               : tolerance > 0              ? INFINITY
+                                                            : 0,
                      .surface = option_given(o, DIFF_SURFACE)},
         .quiet = option_given(o, DIFF_QUIET),
         .as_json = option_given(o, DIFF_JSON),
@@ -274,7 +287,8 @@ int diff_command(int argc, char **argv)
         status = TROUBLE;
     } else if (option_given(&options, DIFF_HELP)) {
         puts("twinmesh diff A B\n\n"
-             "Compares two meshes or sequences frame by frame: PLY files, patterns or folders of them, glTF, or what mesh was\n"
+             "Compares two meshes or sequences frame by frame: PLY files, patterns or folders of them, glTF, or what "
+             "mesh was\n"
              "given as -o. Exit status: 0 the same, 1 different, 2 trouble.");
         options_print_table(stdout, &diff_options);
     } else if (option_given(&options, DIFF_VERSION)) {

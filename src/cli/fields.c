@@ -14,7 +14,8 @@ bool fields_open(Fields *f, const Options *o, Err *err)
     f->has_scene = o->noperand == 1 && scene_is_known(o->operand[0]);
     if (!f->has_scene) return sequence_open(&f->sequence, o->noperand, o->operand, frames, volume_is_known, err);
     f->spec.inside_below = f->chosen = true;
-    return scene_load(o->operand[0], &f->scene, err) && sequence_open_numbers(&f->sequence, f->scene.path, f->scene.first, f->scene.last, frames, err);
+    return scene_load(o->operand[0], &f->scene, err) &&
+           sequence_open_numbers(&f->sequence, f->scene.path, f->scene.first, f->scene.last, frames, err);
 }
 
 void fields_close(Fields *f)

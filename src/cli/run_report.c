@@ -18,7 +18,8 @@ static int64_t common_divisor(int64_t a, int64_t b)
 /* The number of a frame's line, or NONE. */
 static int64_t number_of(json_t *line)
 {
-    const char *label = json_string_value(json_object_get(line, "frame")), *fate = json_string_value(json_object_get(line, "fate"));
+    const char *label = json_string_value(json_object_get(line, "frame")),
+               *fate = json_string_value(json_object_get(line, "fate"));
     if (!label || !fate || strcmp(fate, "skipped") == 0 || strlen(label) > LABEL_MOST) return NONE;
     return strspn(label, "0123456789") == strlen(label) ? strtoll(label, NULL, 10) : NONE;
 }

@@ -106,20 +106,27 @@ static bool within(double x, double limit) { return isnan(x) || x <= limit; }
 
 static bool is_same_mesh(const DiffSettings *set, const DiffMesh *d)
 {
-    return within(d->place, set->tolerance) && within(d->normal_deg, set->normals_deg) && within(d->velocity, set->values) && within(d->value, set->values) &&
-           d->parents == 0 && (d->same_columns || isinf(set->values));
+    return within(d->place, set->tolerance) && within(d->normal_deg, set->normals_deg) &&
+           within(d->velocity, set->values) && within(d->value, set->values) && d->parents == 0 &&
+           (d->same_columns || isinf(set->values));
 }
 
 /* As far as that is known for certain. Two without triangles are one surface. */
 static bool is_same_surface(const DiffSettings *set, const DiffMesh *d)
 {
-    if (d->side[0].triangles == 0 || d->side[1].triangles == 0) return set->surface && d->side[0].triangles == d->side[1].triangles;
+    if (d->side[0].triangles == 0 || d->side[1].triangles == 0)
+        return set->surface && d->side[0].triangles == d->side[1].triangles;
     return set->surface && d->side[0].most <= set->tolerance && d->side[1].most <= set->tolerance;
 }
 
 DiffMesh diff_meshes(const DiffSettings *set, const TriMesh *a, const TriMesh *b)
 {
-    DiffMesh d = {.same_run = trimesh_is_same_run(a, b), .place = NAN, .normal_deg = NAN, .velocity = NAN, .value = NAN, .place_vertex = NONE};
+    DiffMesh d = {.same_run = trimesh_is_same_run(a, b),
+                  .place = NAN,
+                  .normal_deg = NAN,
+                  .velocity = NAN,
+                  .value = NAN,
+                  .place_vertex = NONE};
     Side side[2] = {make_side(a, &d.side[0]), make_side(b, &d.side[1])};
     if (d.same_run) {
         compare_places(a, b, &d);

@@ -30,13 +30,15 @@ static double distance_to_triangle(const Surface *s, int t, Vec3 p)
     return v_dist(p, v_axpy(v_axpy(v_scale(q[0], w[0]), w[1], q[1]), w[2], q[2]));
 }
 
-/* No point of the triangle p is farther from b: the distance to a triangle is convex, so a corner is where it is greatest. */
+/* No point of the triangle p is farther from b: the distance to a triangle is convex, so a corner is where it is
+ * greatest. */
 static double bound(const Job *job, const Vec3 p[3], const ClosestHit hit[3])
 {
     double best = INFINITY;
     for (int k = 0; k < 3; k++) {
         double most = 0;
-        for (int i = 0; i < 3; i++) most = real_max(most, i == k ? sqrt(hit[i].dist2) : distance_to_triangle(job->b, hit[k].tri, p[i]));
+        for (int i = 0; i < 3; i++)
+            most = real_max(most, i == k ? sqrt(hit[i].dist2) : distance_to_triangle(job->b, hit[k].tri, p[i]));
         best = real_min(best, most);
     }
     return best;
@@ -48,7 +50,8 @@ static void note(FarPoint *far, Vec3 p, const ClosestHit *hit)
     if (d > far->distance) far->distance = d, far->at = p;
 }
 
-/* Looks for points of the triangle that are farther than what is known by more than the slack: halves it across its longest side. */
+/* Looks for points of the triangle that are farther than what is known by more than the slack: halves it across its
+ * longest side. */
 static void search(const Job *job, const Vec3 p[3], const ClosestHit hit[3], int depth, FarPoint *far)
 {
     double most = bound(job, p, hit);
@@ -90,7 +93,8 @@ FarPoint hausdorff_from(const Surface *a, const Surface *b, double slack)
     ASSERT(b->ntri > 0 && slack > 0);
     ClosestIndex index;
     int blocks = (a->ntri + GRAIN - 1) / GRAIN;
-    Job job = {.a = a, .b = b, .index = &index, .slack = slack, .hit = NEW(ClosestHit, a->nvert), .far = NEW(FarPoint, blocks)};
+    Job job = {
+        .a = a, .b = b, .index = &index, .slack = slack, .hit = NEW(ClosestHit, a->nvert), .far = NEW(FarPoint, blocks)};
     closest_build(&index, b->ntri, b->pos, b->tri);
     parallel_for(a->nvert, GRAIN, corner_block, &job);
     for (int h = 0; h < 3 * a->ntri; h++) job.known = real_max(job.known, sqrt(job.hit[a->tri[h]].dist2));

@@ -21,7 +21,8 @@ static bool find_json(InFile *in, GltfJson *out, int64_t *from, int64_t *size, E
         if (get_u32(b + 4) != 2 || get_u32(b + 16) != JSON_CHUNK || *size > in->length - HEAD)
             return fail(err, ERR_INPUT, "%.600s: is no whole binary glTF 2 file; write or copy it again", in->path);
     }
-    if (*size > JSON_MOST) return fail(err, ERR_INPUT, "%.600s: has more JSON than any glTF should; it is damaged", in->path);
+    if (*size > JSON_MOST)
+        return fail(err, ERR_INPUT, "%.600s: has more JSON than any glTF should; it is damaged", in->path);
     return true;
 }
 
@@ -34,7 +35,8 @@ static bool find_chunk(InFile *in, int64_t at, GltfJson *out, Err *err)
     out->chunk_at = at + CHUNK_HEAD;
     out->chunk_bytes = get_u32(b);
     return out->chunk_bytes <= in->length - out->chunk_at ||
-           fail(err, ERR_INPUT, "%.600s: is cut short (%lld bytes); write or copy the file again", in->path, (long long)in->length);
+           fail(err, ERR_INPUT, "%.600s: is cut short (%lld bytes); write or copy the file again", in->path,
+                (long long)in->length);
 }
 
 bool gltf_json_read(InFile *in, GltfJson *out, Err *err)

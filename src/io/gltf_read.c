@@ -26,6 +26,7 @@ struct GltfReader {
     Key *key;
 };
 
+static bool refuse(const GltfReader *r, const char *why, Err *err) { return gltf_refuse(&r->bytes, why, err); }
 static json_t *items(const GltfReader *r, const char *name) { return json_object_get(r->json.root, name); }
 
 /* --- channels ------------------------------------------------------------------------------------- */
@@ -40,12 +41,16 @@ typedef struct NodeChannels {
 
 static bool note_channel(GltfReader *r, json_t *animation, json_t *channel, int nnode, NodeChannels *of, Err *err)
 {
-    json_t *target = json_object_get(channel, "target"), *sampler = gltf_at(json_object_get(animation, "samplers"), gltf_whole(channel, "sampler"));
+    json_t *target = json_object_get(channel, "target"),
+           *sampler = gltf_at(json_object_get(animation, "samplers"), gltf_whole(channel, "sampler"));
     int64_t node = gltf_whole(target, "node");
-    const char *path = json_string_value(json_object_get(target, "path")), *kind = json_string_value(json_object_get(sampler, "interpolation"));
+    const char *path = json_string_value(json_object_get(target, "path")),
+               *kind = json_string_value(json_object_get(sampler, "interpolation"));
     bool scale = path && strcmp(path, "scale") == 0, weights = path && strcmp(path, "weights") == 0;
-    if (node == NONE || node >= nnode || !sampler || !(scale || weights)) return gltf_refuse(&r->bytes, "something but scale and weights is animated, which is not read", err);
-    if (kind && strcmp(kind, "CUBICSPLINE") == 0) return gltf_refuse(&r->bytes, "its animation is of cubic splines, which are not read", err);
+    if (node == NONE || node >= nnode || !sampler || !(scale || weights))
+        return refuse(r, "something but scale and weights is animated, which is not read", err);
+    if (kind && strcmp(kind, "CUBICSPLINE") == 0)
+        return refuse(r, "its animation is of cubic splines, which are not read", err);
     Sampler *s = scale ? &of[node].scale : &of[node].weights;
     *s = (Sampler){gltf_whole(sampler, "input"), gltf_whole(sampler, "output")};
     return true;
@@ -68,13 +73,14 @@ static float *read_times(GltfReader *r, const Sampler *s, int *count, Err *err)
     GltfRows rows;
     if (!gltf_rows_find(&r->bytes, s->input, &rows, err)) return NULL;
     if (rows.width != 1 || rows.count > KEYS_MOST - r->nkey) {
-        gltf_refuse(&r->bytes, "its animation has more keys than are read", err);
+        refuse(r, "its animation has more keys than are read", err);
         return NULL;
     }
     float *time = NEW(float, rows.count);
     bool good = gltf_rows_floats(&r->bytes, &rows, 0, rows.count, time, err);
     for (int k = 0; good && k < rows.count; k++)
-        if (!(time[k] >= (k ? time[k - 1] : 0)) || !isfinite(time[k])) good = gltf_refuse(&r->bytes, "the keys of its animation are out of order; it is damaged", err);
+        if (!(time[k] >= (k ? time[k - 1] : 0)) || !isfinite(time[k]))
+            good = refuse(r, "the keys of its animation are out of order; it is damaged", err);
     *count = rows.count;
     if (good) return time;
     mem_free(time);
@@ -115,14 +121,16 @@ static bool read_shown(GltfReader *r, const Sampler *s, Shown *out, Err *err)
     if (s->input == NONE) return true;
     out->time = read_times(r, s, &out->n, err);
     if (!out->time || !gltf_rows_find(&r->bytes, s->output, &rows, err)) return false;
-    if (rows.width != 3 || rows.count != out->n) return gltf_refuse(&r->bytes, "an animation has other numbers of times and values; it is damaged", err);
+    if (rows.width != 3 || rows.count != out->n)
+        return refuse(r, "an animation has other numbers of times and values; it is damaged", err);
     float *scale = NEW(float, 3 * (size_t)out->n);
     out->shown = NEW(uint8_t, out->n);
     bool good = gltf_rows_floats(&r->bytes, &rows, 0, out->n, scale, err);
     for (int k = 0; good && k < out->n; k++) {
         const float *v = scale + 3 * k;
         out->shown[k] = v[0] != 0;
-        if (v[0] != v[1] || v[1] != v[2] || (v[0] != 0 && v[0] != 1)) good = gltf_refuse(&r->bytes, "a mesh is scaled, which is not read", err);
+        if (v[0] != v[1] || v[1] != v[2] || (v[0] != 0 && v[0] != 1))
+            good = refuse(r, "a mesh is scaled, which is not read", err);
     }
     mem_free(scale);
     return good;
@@ -141,7 +149,12 @@ static bool add_node(GltfReader *r, int node, const NodeChannels *c, Err *err)
     int n = 0;
     bool good = read_shown(r, &c->scale, &shown, err), moves = c->weights.input != NONE;
     if (good && moves) good = (time = read_times(r, &c->weights, &n, err)) != NULL;
-    for (int k = 0; good && k < n; k++) add_key(r, (Key){.time = (double)time[k], .node = node, .row = k, .weights = c->weights.output, .is_frame = is_shown(&shown, time[k])});
+    for (int k = 0; good && k < n; k++)
+        add_key(r, (Key){.time = (double)time[k],
+                         .node = node,
+                         .row = k,
+                         .weights = c->weights.output,
+                         .is_frame = is_shown(&shown, time[k])});
     for (int k = 0; good && k < shown.n; k++) {
         bool appears = shown.shown[k] && (k == 0 || !shown.shown[k - 1]);
         add_key(r, (Key){.time = (double)shown.time[k], .node = node, .row = NONE, .is_frame = appears && !moves});
@@ -166,7 +179,8 @@ static bool add_nodes(GltfReader *r, int nnode, const NodeChannels *of, Err *err
     for (int i = 0; i < nnode; i++) {
         json_t *node = gltf_at(items(r, "nodes"), i);
         for (size_t k = 0; k < sizeof foreign / sizeof *foreign; k++)
-            if (json_object_get(node, foreign[k])) return gltf_refuse(&r->bytes, "its nodes have places or parents of their own; only what twinmesh writes is read", err);
+            if (json_object_get(node, foreign[k]))
+                return refuse(r, "its nodes have places or parents of their own; only what twinmesh writes is read", err);
         if (!json_object_get(node, "mesh")) continue;
         bool animated = of[i].scale.input != NONE;
         if (!animated && is_hidden(node)) continue;
@@ -174,7 +188,8 @@ static bool add_nodes(GltfReader *r, int nnode, const NodeChannels *of, Err *err
         always += !animated;
         if (!add_node(r, i, &of[i], err)) return false;
     }
-    return always == 0 || meshes == 1 || gltf_refuse(&r->bytes, "it shows several meshes at once; only what twinmesh writes is read", err);
+    return always == 0 || meshes == 1 ||
+           refuse(r, "it shows several meshes at once; only what twinmesh writes is read", err);
 }
 
 static int compare_keys(const void *pa, const void *pb)
@@ -210,7 +225,7 @@ static bool number_keys(GltfReader *r, Err *err)
     seconds = frame_seconds(r);
     for (int k = 0; k < r->nkey; k++) {
         double steps = (r->key[k].time - before) / seconds;
-        if (!(steps <= GAP_MOST)) return gltf_refuse(&r->bytes, "the keys of its animation are no frames", err);
+        if (!(steps <= GAP_MOST)) return refuse(r, "the keys of its animation are no frames", err);
         number += (int64_t)(steps + 0.5);
         r->key[k].number = number;
         before = r->key[k].time;
@@ -224,7 +239,8 @@ static bool keep_frames(GltfReader *r, Err *err)
     int n = 0;
     for (int k = 0; k < r->nkey; k++) {
         if (!r->key[k].is_frame) continue;
-        if (n && r->key[n - 1].number == r->key[k].number) return gltf_refuse(&r->bytes, "it shows several meshes at once; only what twinmesh writes is read", err);
+        if (n && r->key[n - 1].number == r->key[k].number)
+            return refuse(r, "it shows several meshes at once; only what twinmesh writes is read", err);
         r->key[n++] = r->key[k];
     }
     r->nkey = n;
@@ -234,10 +250,12 @@ static bool keep_frames(GltfReader *r, Err *err)
 static bool find_frames(GltfReader *r, Err *err)
 {
     json_t *required = items(r, "extensionsRequired");
-    if (json_array_size(required)) return gltf_refuse(&r->bytes, "it needs an extension, such as compression, that is not read; write it plain", err);
+    if (json_array_size(required))
+        return refuse(r, "it needs an extension, such as compression, that is not read; write it plain", err);
     int nnode = (int)json_array_size(items(r, "nodes"));
     NodeChannels *of = NEW(NodeChannels, nnode);
-    bool good = note_channels(r, nnode, of, err) && add_nodes(r, nnode, of, err) && number_keys(r, err) && keep_frames(r, err);
+    bool good =
+        note_channels(r, nnode, of, err) && add_nodes(r, nnode, of, err) && number_keys(r, err) && keep_frames(r, err);
     mem_free(of);
     return good;
 }
@@ -247,15 +265,20 @@ static bool find_frames(GltfReader *r, Err *err)
 /* The one primitive of a key's mesh, or NULL. */
 static json_t *primitive_of(const GltfReader *r, const Key *key)
 {
-    json_t *node = gltf_at(items(r, "nodes"), key->node), *list = json_object_get(gltf_at(items(r, "meshes"), gltf_whole(node, "mesh")), "primitives");
-    json_t *primitive = json_array_size(list) == 1 ? json_array_get(list, 0) : NULL, *mode = json_object_get(primitive, "mode");
+    json_t *node = gltf_at(items(r, "nodes"), key->node),
+           *list = json_object_get(gltf_at(items(r, "meshes"), gltf_whole(node, "mesh")), "primitives");
+    json_t *primitive = json_array_size(list) == 1 ? json_array_get(list, 0) : NULL,
+           *mode = json_object_get(primitive, "mode");
     return mode && json_integer_value(mode) != 4 ? NULL : primitive;
 }
 
-static bool find_column(GltfReader *r, json_t *attributes, const char *name, int width, int count, GltfRows *out, Err *err)
+static bool find_column(GltfReader *r, json_t *attributes, const char *name, int width, int count, GltfRows *out,
+                        Err *err)
 {
     if (!gltf_rows_find(&r->bytes, gltf_whole(attributes, name), out, err)) return false;
-    return out->width == width && (count == NONE || out->count == count) ? true : gltf_refuse(&r->bytes, "an attribute has another shape than its mesh; it is damaged", err);
+    return out->width == width && (count == NONE || out->count == count)
+               ? true
+               : refuse(r, "an attribute has another shape than its mesh; it is damaged", err);
 }
 
 static bool read_ids(GltfReader *r, json_t *attributes, TriMesh *m, Err *err)
@@ -264,21 +287,22 @@ static bool read_ids(GltfReader *r, json_t *attributes, TriMesh *m, Err *err)
     for (int v = 0; v < m->nvert; v++) m->id[v] = v;
     if (!json_object_get(attributes, "_ID")) return true;
     if (!gltf_rows_find(&r->bytes, gltf_whole(attributes, "_ID"), &rows, err)) return false;
-    if (rows.count != m->nvert || rows.width > 2) return gltf_refuse(&r->bytes, "its identities are damaged", err);
+    if (rows.count != m->nvert || rows.width > 2) return refuse(r, "its identities are damaged", err);
     bool good;
     if (rows.component == GLTF_READ_F32 && rows.width == 1) {
         float *id = NEW(float, m->nvert);
         good = gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, id, err);
         for (int v = 0; good && v < m->nvert; v++) {
-            good = fabsf(id[v]) <= 0x1p24f || gltf_refuse(&r->bytes, "its identities are damaged", err);
+            good = fabsf(id[v]) <= 0x1p24f || refuse(r, "its identities are damaged", err);
             if (good) m->id[v] = (int32_t)id[v];
         }
         mem_free(id);
         return good;
     }
     uint32_t *half = NEW(uint32_t, 2 * (size_t)m->nvert);
-    good = rows.component == GLTF_READ_U16 && rows.width == 2 ? gltf_rows_wholes(&r->bytes, &rows, 0, m->nvert, half, err)
-                                                               : gltf_refuse(&r->bytes, "its identities are of a kind that is not read", err);
+    good = rows.component == GLTF_READ_U16 && rows.width == 2
+               ? gltf_rows_wholes(&r->bytes, &rows, 0, m->nvert, half, err)
+               : refuse(r, "its identities are of a kind that is not read", err);
     for (int v = 0; good && v < m->nvert; v++) m->id[v] = (int32_t)(half[2 * v] | half[2 * v + 1] << 16);
     mem_free(half);
     return good;
@@ -289,7 +313,8 @@ static bool read_triangles(GltfReader *r, const GltfRows *rows, TriMesh *m, Err 
     uint32_t *index = NEW(uint32_t, rows->count);
     bool good = gltf_rows_wholes(&r->bytes, rows, 0, rows->count, index, err);
     for (int h = 0; good && h < rows->count; h++) {
-        if (index[h] >= (uint32_t)m->nvert) good = gltf_refuse(&r->bytes, "a triangle names a vertex that there is not; the file is damaged", err);
+        if (index[h] >= (uint32_t)m->nvert)
+            good = refuse(r, "a triangle names a vertex that there is not; the file is damaged", err);
         else m->tri[h] = (int32_t)index[h];
     }
     mem_free(index);
@@ -297,7 +322,8 @@ static bool read_triangles(GltfReader *r, const GltfRows *rows, TriMesh *m, Err 
 }
 
 /* Adds to a column what the targets with a weight have in it. */
-static bool add_targets(GltfReader *r, json_t *targets, const char *name, const float *weight, int nvert, float *column, Err *err)
+static bool add_targets(GltfReader *r, json_t *targets, const char *name, const float *weight, int nvert, float *column,
+                        Err *err)
 {
     float *change = NEW(float, 3 * (size_t)nvert);
     bool good = true;
@@ -305,7 +331,8 @@ static bool add_targets(GltfReader *r, json_t *targets, const char *name, const 
         GltfRows rows;
         json_t *target = json_array_get(targets, k);
         if (weight[k] == 0 || !json_object_get(target, name)) continue;
-        good = find_column(r, target, name, 3, nvert, &rows, err) && gltf_rows_floats(&r->bytes, &rows, 0, nvert, change, err);
+        good = find_column(r, target, name, 3, nvert, &rows, err) &&
+               gltf_rows_floats(&r->bytes, &rows, 0, nvert, change, err);
         for (size_t i = 0; good && i < 3 * (size_t)nvert; i++) column[i] += weight[k] * change[i];
     }
     mem_free(change);
@@ -319,7 +346,8 @@ static float *read_weights(GltfReader *r, const Key *key, int n, Err *err)
     if (key->row == NONE || n == 0) return weight;
     GltfRows rows;
     bool good = gltf_rows_find(&r->bytes, key->weights, &rows, err);
-    if (good && (rows.width != 1 || (int64_t)(key->row + 1) * n > rows.count)) good = gltf_refuse(&r->bytes, "an animation has too few weights; it is damaged", err);
+    if (good && (rows.width != 1 || (int64_t)(key->row + 1) * n > rows.count))
+        good = refuse(r, "an animation has too few weights; it is damaged", err);
     good = good && gltf_rows_floats(&r->bytes, &rows, key->row * n, n, weight, err);
     if (good) return weight;
     mem_free(weight);
@@ -339,14 +367,17 @@ static bool read_columns(GltfReader *r, const Key *key, json_t *primitive, TriMe
     GltfRows rows;
     float *weight = read_weights(r, key, (int)json_array_size(targets), err);
     bool has_normals = json_object_get(attributes, "NORMAL") != NULL;
-    bool good = weight && find_column(r, attributes, "POSITION", 3, m->nvert, &rows, err) && gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, m->pos, err) &&
+    bool good = weight && find_column(r, attributes, "POSITION", 3, m->nvert, &rows, err) &&
+                gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, m->pos, err) &&
                 add_targets(r, targets, "POSITION", weight, m->nvert, m->pos, err);
     if (good && has_normals)
-        good = find_column(r, attributes, "NORMAL", 3, m->nvert, &rows, err) && gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, m->normal, err) &&
+        good = find_column(r, attributes, "NORMAL", 3, m->nvert, &rows, err) &&
+               gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, m->normal, err) &&
                add_targets(r, targets, "NORMAL", weight, m->nvert, m->normal, err);
     else if (good) memset(m->normal, 0, 3 * (size_t)m->nvert * sizeof *m->normal);
     mem_free(weight);
-    if (good && !(is_finite(m->pos, m->nvert) && is_finite(m->normal, m->nvert))) good = gltf_refuse(&r->bytes, "it has a value that is not finite; it is damaged", err);
+    if (good && !(is_finite(m->pos, m->nvert) && is_finite(m->normal, m->nvert)))
+        good = refuse(r, "it has a value that is not finite; it is damaged", err);
     return good;
 }
 
@@ -356,11 +387,15 @@ bool gltf_reader_mesh(GltfReader *r, int i, TriMesh *mesh, Err *err)
     json_t *primitive = primitive_of(r, key), *attributes = json_object_get(primitive, "attributes");
     GltfRows position, index;
     *mesh = (TriMesh){0};
-    if (!primitive) return gltf_refuse(&r->bytes, "a mesh is not one of triangles alone; only what twinmesh writes is read", err);
-    if (!find_column(r, attributes, "POSITION", 3, NONE, &position, err) || !gltf_rows_find(&r->bytes, gltf_whole(primitive, "indices"), &index, err)) return false;
-    if (index.width != 1 || index.count % 3 != 0) return gltf_refuse(&r->bytes, "its triangles are damaged", err);
+    if (!primitive) return refuse(r, "a mesh is not one of triangles alone; only what twinmesh writes is read", err);
+    if (!find_column(r, attributes, "POSITION", 3, NONE, &position, err) ||
+        !gltf_rows_find(&r->bytes, gltf_whole(primitive, "indices"), &index, err))
+        return false;
+    if (index.width != 1 || index.count % 3 != 0) return refuse(r, "its triangles are damaged", err);
     trimesh_init(mesh, position.count, index.count / 3, false, false);
-    if (read_columns(r, key, primitive, mesh, err) && read_ids(r, attributes, mesh, err) && read_triangles(r, &index, mesh, err)) return true;
+    if (read_columns(r, key, primitive, mesh, err) && read_ids(r, attributes, mesh, err) &&
+        read_triangles(r, &index, mesh, err))
+        return true;
     trimesh_free(mesh);
     return false;
 }

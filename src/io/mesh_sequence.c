@@ -75,11 +75,12 @@ static char *join(const char *a, const char *b, const char *c, const char *d)
     return text;
 }
 
-/* The files PREFIX.KIND.NNNN.ply; none are no failure. */
-static bool add_prefix(MeshSequence *s, const char *prefix, const char *kind, Err *err)
+/* The files PREFIX.KIND.NNNN.ply; the caller frees the list and its names. */
+static char **list_prefix(const char *prefix, const char *kind, int *count)
 {
     const char *slash = strrchr(prefix, '/');
-    char *folder = join(slash ? prefix : ".", "", "", ""), *begin = join(slash ? slash + 1 : prefix, ".", kind, ".");
+    char *folder = join(slash ? prefix : ".", "", "", "");
+    char *begin = join(slash ? slash + 1 : prefix, ".", kind, ".");
     if (slash) folder[slash == prefix ? 1 : slash - prefix] = 0;
     char **name = NULL;
     int n = 0, cap = 0;
@@ -90,12 +91,16 @@ static bool add_prefix(MeshSequence *s, const char *prefix, const char *kind, Er
         name[n++] = join(folder, "/", e->d_name, "");
     }
     if (d) closedir(d);
-    bool ok = n == 0 || add_files(s, n, name, err);
-    for (int i = 0; i < n; i++) mem_free(name[i]);
-    mem_free(name);
     mem_free(folder);
     mem_free(begin);
-    return ok;
+    *count = n;
+    return name;
+}
+
+static void list_free(char **name, int n)
+{
+    for (int i = 0; i < n; i++) mem_free(name[i]);
+    mem_free(name);
 }
 
 /* --- any ------------------------------------------------------------------------------------------ */
@@ -109,19 +114,44 @@ static bool add_gltf(MeshSequence *s, const char *path, Err *err)
     return true;
 }
 
+/* PREFIX.KIND.glb or .gltf; NULL: neither is there. The caller frees it. */
+static char *find_gltf(const char *prefix, const char *kind)
+{
+    for (int i = 0; i < 2; i++) {
+        char *path = join(prefix, ".", kind, i == 0 ? ".glb" : ".gltf");
+        if (exists(path)) return path;
+        mem_free(path);
+    }
+    return NULL;
+}
+
+bool mesh_sequence_is_there(const char *prefix, const char *kind)
+{
+    int n;
+    char **name = list_prefix(prefix, kind, &n), *gltf = find_gltf(prefix, kind);
+    bool there = n > 0 || gltf;
+    list_free(name, n);
+    mem_free(gltf);
+    return there;
+}
+
+static bool add_prefix(MeshSequence *s, const char *prefix, const char *kind, Err *err)
+{
+    int n;
+    char **name = list_prefix(prefix, kind, &n), *gltf = n ? NULL : find_gltf(prefix, kind);
+    bool ok = n      ? add_files(s, n, name, err)
+              : gltf ? add_gltf(s, gltf, err)
+                     : fail(err, ERR_INPUT, "%.300s: there are neither files %.300s.%s.NNNN.ply nor a .glb or .gltf",
+                            prefix, prefix, kind);
+    list_free(name, n);
+    mem_free(gltf);
+    return ok;
+}
+
 static bool add_any(MeshSequence *s, char *name, const char *kind, Err *err)
 {
     if (is_gltf(name)) return add_gltf(s, name, err);
-    if (!mesh_sequence_is_prefix(name)) return add_files(s, 1, &name, err);
-    if (!add_prefix(s, name, kind, err)) return false;
-    for (int i = 0; s->n == 0 && i < 2; i++) {
-        char *path = join(name, ".", kind, i == 0 ? ".glb" : ".gltf");
-        bool there = exists(path), ok = !there || add_gltf(s, path, err);
-        mem_free(path);
-        if (there) return ok;
-    }
-    return s->n > 0 || fail(err, ERR_INPUT, "%.300s: there are neither %.300s.%s.NNNN.ply nor %.300s.%s.glb or .gltf; name meshes that are there", name, name,
-                            kind, name, kind);
+    return mesh_sequence_is_prefix(name) ? add_prefix(s, name, kind, err) : add_files(s, 1, &name, err);
 }
 
 MeshSequence *mesh_sequence_open(const char *name, const char *kind, Err *err)

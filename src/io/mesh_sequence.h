@@ -14,6 +14,8 @@ typedef struct MeshSequence MeshSequence;
 
 /* A PREFIX, of which there are two kinds: the name is none of a PLY or glTF, nor of a file or folder that exists. */
 bool mesh_sequence_is_prefix(const char *name);
+/* Whether there are meshes of the kind, sound or not. */
+bool mesh_sequence_is_there(const char *prefix, const char *kind);
 
 /* KIND goes with a PREFIX: "geometric" or "mechanical". NULL with a sentence, ERR_INPUT, where there is no such sequence. */
 MeshSequence *mesh_sequence_open(const char *name, const char *kind, Err *err);

@@ -108,7 +108,8 @@ static void number_components(Builder *b)
     }
     s->comp = NEW(MeshComponent, s->ncomp);
     for (int c = 0; c < s->ncomp; c++)
-        s->comp[c] = (MeshComponent){.closed = true, .lo = {INFINITY, INFINITY, INFINITY}, .hi = {-INFINITY, -INFINITY, -INFINITY}};
+        s->comp[c] = (MeshComponent){
+            .closed = true, .lo = {INFINITY, INFINITY, INFINITY}, .hi = {-INFINITY, -INFINITY, -INFINITY}};
 }
 
 static void measure_box(Builder *b)

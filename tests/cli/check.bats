@@ -111,6 +111,9 @@ figures() { grep '"frame":' | grep -v '"worst":' | tr -d '{}"' | tr ',' '\n' | a
     check "$samples/balls/balls.####.npy" --frames 1-3 -m out --quick --json
     expect 3 "frame 0002: it has no mesh" "frame 0003" "out.mechanical.0003.ply"
     [ "$(grep -c '"frame":"000' <<<"$output")" -eq 5 ]
+    rm out.*.ply && balls glb && truncate -s 3000 out.mechanical.glb
+    check "$samples/balls/balls.0001.npy" -m out
+    expect 3 "out.mechanical.glb"
     check "$samples/balls/balls.0001.npy" -m nothing
     expect 3 "nothing.geometric"
     check "$samples/balls/balls.0001.npy"
