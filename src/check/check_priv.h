@@ -20,8 +20,10 @@ void spread_add(Spread *s, double value, double weight);
 void spread_sort(Spread *s);
 /* NaN where nothing has a weight. */
 double spread_mean(const Spread *s);
-/* The least value that at least the share q of the weight does not pass; NaN without values. */
+/* The least value that at least the share q of the weight does not pass. NaN, here and below, without values. */
 double spread_quantile(const Spread *s, double q);
+/* Of all values, those without weight too. */
+double spread_most(const Spread *s);
 void spread_free(Spread *s);
 
 /* A mesh made ready: positions as doubles, triangles of three different vertices, their structure. */

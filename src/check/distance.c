@@ -147,7 +147,7 @@ static void tell(const Field *f, const Samples *samples, CheckFigure first, Chec
     row->value[first] = spread_mean(&s);
     row->value[first + 1] = spread_quantile(&s, 0.95);
     row->value[first + 2] = spread_quantile(&s, 0.99);
-    row->value[first + 3] = spread_quantile(&s, 2); /* beyond all weights: the last */
+    row->value[first + 3] = spread_most(&s);
     spread_free(&s);
 }
 

@@ -146,7 +146,7 @@ void check_motion(const Field *last_field, const TriMesh *last, const Field *fie
     spread_sort(&flicker);
     row->value[CHECK_MOTION_P50] = spread_quantile(&way, 0.5);
     row->value[CHECK_MOTION_P95] = spread_quantile(&way, 0.95);
-    row->value[CHECK_MOTION_MAX] = spread_quantile(&way, 1);
+    row->value[CHECK_MOTION_MAX] = spread_most(&way);
     row->value[CHECK_FLICKER_MEAN] = spread_mean(&flicker);
     row->value[CHECK_FLICKER_P95] = spread_quantile(&flicker, 0.95);
     spread_free(&way);

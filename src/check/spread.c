@@ -41,8 +41,10 @@ double spread_quantile(const Spread *s, double q)
         sum += s->item[i].weight;
         if (s->item[i].weight > 0 && sum >= want) return s->item[i].value;
     }
-    return s->n ? s->item[s->n - 1].value : NAN;
+    return spread_most(s);
 }
+
+double spread_most(const Spread *s) { return s->n ? s->item[s->n - 1].value : NAN; }
 
 void spread_free(Spread *s)
 {

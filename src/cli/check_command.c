@@ -129,9 +129,17 @@ static bool open_meshes(CheckRun *run, const Options *o, Err *err)
     return true;
 }
 
+static bool any_is_gltf(const CheckRun *run)
+{
+    for (int k = 0; k < KINDS; k++)
+        if (run->kind[k].meshes && mesh_sequence_is_gltf(run->kind[k].meshes)) return true;
+    return false;
+}
+
 /* A glTF's frames are those of its run, or where that left no report those of the volumes. */
 static bool number_meshes(CheckRun *run, const Options *o, Err *err)
 {
+    if (!any_is_gltf(run)) return true;
     int64_t first = run->report.first, step = run->report.step, last = NONE;
     Fields all = {0};
     FieldFrame *frame = NEW(FieldFrame, 1);
