@@ -60,7 +60,5 @@ void measure_normals(const Field *f, const Ready *r, CheckRow *row);
 #define FOOT_NEAR_VOX 0.05 /* a vertex farther off is off the surface; nearer, the first way down is trusted */
 #define FOOT_SEEK_VOX 0.5  /* how far the reference's triangles may be from the surface */
 
-/* Moves a point down the gradient onto the surface; false, and the point stays, where there is none within reach. */
-bool foot_land(const Field *f, Vec3 *p, double reach_vox);
 /* From a point to the nearest of the surface, voxels. */
 double foot_distance_vox(const CheckSurface *s, Vec3 p);

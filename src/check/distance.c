@@ -83,7 +83,7 @@ typedef struct LandJob {
 static void land_block(void *ctx, int begin, int end)
 {
     LandJob *job = ctx;
-    for (int i = begin; i < end; i++) job->landed[i] = foot_land(job->field, &job->samples->pos[i], FOOT_SEEK_VOX);
+    for (int i = begin; i < end; i++) job->landed[i] = field_drop(job->field, &job->samples->pos[i], FOOT_SEEK_VOX * job->field->voxel);
 }
 
 static void land_samples(const Field *f, Samples *s)
