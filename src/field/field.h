@@ -80,8 +80,8 @@ int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 /* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
-/* One point, down the cells' own gradients, for those who measure: it lands nearer to where it came from than the smooth
- * gradient would take it, and where that lies; but it comes to rest by kinks. False: lost, it stays. */
+/* The same of one point down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where
+ * the smooth gradient lies; but neighbours may part at a cell's face. False: lost, it stays. */
 bool field_drop(const Field *f, Vec3 *p, double reach);
 
 /* The first point of the trilinear surface on the way from *p along the unit vector `dir`, at most `reach` away: steps of a
