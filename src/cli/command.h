@@ -7,3 +7,5 @@ int command_run(int argc, char **argv);
 int mesh_command(int argc, char **argv);
 int field_command(int argc, char **argv);
 int info_command(int argc, char **argv);
+int check_command(int argc, char **argv);
+int diff_command(int argc, char **argv);
