@@ -18,6 +18,8 @@ bool fail(Err *err, ErrCode code, const char *fmt, ...)
     err->code = code;
     vsnprintf(err->text, sizeof err->text, fmt, args);
     va_end(args);
+    for (char *c = err->text; *c; c++)
+        if ((unsigned char)*c < 32 || *c == 127) *c = '?'; /* names from a file, or of one, keep to the line */
     return false;
 }
 
