@@ -46,7 +46,7 @@ TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
 FUZZERS := $(patsubst tests/fuzz/%.c,$(B)/tests/%,$(sort $(wildcard tests/fuzz/fuzz_*.c)))
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(FUZZERS:=.d) $(B)/tests/seeds.d $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/volume_to_mesh.d
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(FUZZERS:=.d) $(B)/tests/seeds.d $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/bench/isolated.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -96,7 +96,7 @@ $(B)/tests/seeds: tests/fuzz/seeds.cpp $(LIB) $(B)/flags
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
 
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
-$(PAPERS): $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
+$(PAPERS) $(B)/tests/isolated: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.

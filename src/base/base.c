@@ -27,7 +27,8 @@ static void *must(void *p, size_t count, size_t size)
 {
     if (p) return p;
     fprintf(stderr, "twinmesh: out of memory (%zu items of %zu bytes were wanted)\n", count, size);
-    exit(ERR_RESOURCE);
+    fflush(stdout);
+    _Exit(ERR_RESOURCE); /* other threads are at work: no destructor may take their things away */
 }
 
 void *mem_alloc(size_t count, size_t size) { return mem_resize(NULL, count, size); }
