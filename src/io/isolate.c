@@ -162,14 +162,21 @@ static void offer_to_be_killed(void)
     close(fd);
 }
 
+/* Whatever handlers the program has: a fault ends the process. */
+static void die_of_faults(void)
+{
+    static const int fault[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+    for (size_t i = 0; i < sizeof fault / sizeof *fault; i++) signal(fault[i], SIG_DFL);
+}
+
 static _Noreturn void read_for(int fd, pid_t parent)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(0); /* it was gone before */
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
+    die_of_faults();
     offer_to_be_killed();
-    granted = 0;
-    limit_memory();
+    isolate_ungrant();
     remote_serve(&(Wire){.fd = fd, .left_s = INFINITY});
     _exit(0);
 }
