@@ -46,7 +46,7 @@ TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
 FUZZERS := $(patsubst tests/fuzz/%.c,$(B)/tests/%,$(sort $(wildcard tests/fuzz/fuzz_*.c)))
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(FUZZERS:=.d) $(B)/tests/seeds.d $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/bench/isolated.c.d $(B)/tests/volume_to_mesh.d
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(FUZZERS:=.d) $(B)/tests/seeds.d $(B)/tests/hostile.d $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/bench/isolated.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -90,9 +90,11 @@ $(FUZZERS): $(B)/tests/%: tests/fuzz/%.c $(LIB) $(B)/flags
 	$(CC) $(ALL_CFLAGS) -MF $@.d -c -o $@.o $<
 	$(CXX) $(FLAGS) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
 
-$(B)/tests/seeds: tests/fuzz/seeds.cpp $(LIB) $(B)/flags
+$(B)/tests/seeds: tests/fuzz/seeds.cpp
+$(B)/tests/hostile: tests/hostile/hostile.cpp
+$(B)/tests/seeds $(B)/tests/hostile: $(LIB) $(B)/flags
 	@mkdir -p $(@D)
-	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $<
+	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $(filter %.cpp,$^)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
 
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
@@ -128,7 +130,7 @@ check: deps
 	+@$(MAKE) --no-print-directory check-build
 	@tests/check.sh $(B)
 
-check-build: all $(TESTS) $(B)/tests/soak/soak $(OTHER_BUILDS)
+check-build: all $(TESTS) $(B)/tests/hostile $(B)/tests/soak/soak $(OTHER_BUILDS)
 ifneq ($(B),build/debug)
 build/debug/twinmesh: FORCE
 	+@$(MAKE) --no-print-directory all config=debug B=build/debug
@@ -154,6 +156,13 @@ soak:
 	@.ci/deps $(BUILD_PACKAGES)
 	+@$(MAKE) --no-print-directory $(B)/tests/soak/soak
 	@$(B)/tests/soak/soak $(SOAK_ARGS)
+
+# Ten thousand damaged files of every kind. HOSTILE_ARGS: see tests/hostile/hostile.cpp.
+HOSTILE_ARGS ?= 10000
+hostile:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory $(B)/tests/hostile
+	@$(B)/tests/hostile $(HOSTILE_ARGS)
 
 # Every reader and the mesh edits under libFuzzer, ASan and UBSan, two targets at a time. Clang's own.
 FUZZ_SECONDS ?= 60
@@ -188,7 +197,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench papers soak fuzz fuzzers layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench papers soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)

@@ -118,7 +118,7 @@ static bool find_json(InFile *in, GltfInfo *out, int64_t *from, int64_t *size, E
     if (out->binary) {
         *from = 20;
         *size = get_u32(b + 12);
-        if (get_u32(b + 4) != 2 || get_u32(b + 16) != 0x4e4f534a || *size > in->length - 20)
+        if (get_u32(b + 4) != 2 || get_u32(b + 16) != 0x4e4f534a || *size > in->length - 20 || get_u32(b + 8) > in->length)
             return fail(err, ERR_INPUT, "%.600s: is no whole binary glTF 2 file; write or copy it again", in->path);
     }
     if (*size > JSON_MOST) return fail(err, ERR_INPUT, "%.600s: has more JSON than any glTF should; it is damaged", in->path);

@@ -138,6 +138,7 @@ static inline Bytes text_bytes(const Samples &s)
         snprintf(word, sizeof word, "%.9g%s", double(s.value[i]), i % 7 ? " " : "\n");
         add(b, std::string(word));
     }
+    b.back() = '\n';
     return b;
 }
 
