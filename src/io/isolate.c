@@ -15,11 +15,11 @@
 #include <unistd.h>
 
 #if defined(__has_feature)
-#define HAS_SANITIZER (__has_feature(address_sanitizer) || __has_feature(thread_sanitizer))
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define HAS_SANITIZER 1
+#endif
 #elif defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define HAS_SANITIZER 1
-#else
-#define HAS_SANITIZER 0
 #endif
 
 enum { NO_PROCESS = -1, FATE_WAIT_S = 30, WIRE_ROOM = 1 << 22 }; /* as a fate: none could be forked; what the end of a large process takes */
@@ -132,9 +132,10 @@ static int64_t memory_for(int64_t bytes)
 
 static void limit_memory(void)
 {
-    if (HAS_SANITIZER) return;
+#ifndef HAS_SANITIZER
     rlim_t most = (rlim_t)memory_for(granted);
     setrlimit(RLIMIT_AS, &(struct rlimit){most, RLIM_INFINITY});
+#endif
 }
 
 void isolate_grant(int64_t bytes)
@@ -290,6 +291,7 @@ static _Noreturn void run_server(int from)
     struct sigaction ignore = {.sa_handler = SIG_IGN}, interrupt = {.sa_handler = wake};
     sigaction(SIGINT, &ignore, NULL);
     sigaction(SIGTERM, &ignore, NULL);
+    sigaction(SIGPIPE, &ignore, NULL); /* of a fate nobody reads */
     sigemptyset(&child);
     sigaddset(&child, SIGCHLD);
     sigprocmask(SIG_BLOCK, &child, &s.open);

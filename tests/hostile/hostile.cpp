@@ -92,7 +92,7 @@ static Outcome outcome_of(bool ok, const Err &err)
 {
     if (ok) return TAKEN;
     if (strstr(err.text, "more memory")) return OVER;
-    return strstr(err.text, "the process that") || !err.text[0] || strchr(err.text, '\n') ? CRASHED : REFUSED;
+    return strstr(err.text, "process") || !err.text[0] || strchr(err.text, '\n') ? CRASHED : REFUSED;
 }
 
 /* All of a volume's grids, by a process of its own. */

@@ -157,11 +157,11 @@ static void refusals_are_the_same(void **state)
     Err direct = {0}, isolated = {0};
     assert_false(volume_read(bad, &PLAIN, &v, &direct));
     start(ISOLATE_LIMITS);
-    for (int i = 0; i < 3; i++) {
+    for (int i = 0; i < 200; i++) { /* a process each */
         assert_false(volume_read(bad, &PLAIN, &v, &isolated));
         assert_string_equal(direct.text, isolated.text);
         assert_int_equal(direct.code, isolated.code);
-        expect_read(good);
+        if (i % 50 == 0) expect_read(good);
     }
     isolate_stop();
 }
