@@ -138,6 +138,7 @@ bool dense_read(Stream *s, const char *path, DenseType type, DenseShape shape, G
 typedef struct Words {
     Stream *s;
     size_t at, end;
+    bool closed; /* something stands behind the last word: it is whole */
     char text[4096];
 } Words;
 
@@ -168,6 +169,7 @@ static bool words_next(Words *w, char *word, size_t size, Err *err)
         if (!words_char(w, &c, err)) return false;
     }
     word[n] = 0;
+    w->closed = c != 0;
     return true;
 }
 
@@ -180,6 +182,8 @@ static bool read_words(Words *w, const char *path, Filler *f, int64_t total, Err
         if (end == word || *end)
             return fail(err, ERR_INPUT, "%.600s: %s where sample %lld of %lld should be; write the file again", path,
                         word[0] ? "something else than a number stands" : "it ends", (long long)i, (long long)total);
+        if (!w->closed)
+            return fail(err, ERR_INPUT, "%.600s: ends within its last line, which may be cut short; write it again, or end it with a newline", path);
         filler_put(f, (float)v);
     }
     if (!words_next(w, word, sizeof word, err)) return false;

@@ -45,7 +45,9 @@ static bool take_string(Text *t, char *to, size_t size)
         to[n++] = *t->p;
     }
     to[n] = 0;
-    return *t->p++ == quote;
+    if (*t->p != quote) return false;
+    t->p++;
+    return true;
 }
 
 /* A count, with the L that Python 2 wrote behind long integers. */
