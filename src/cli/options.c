@@ -24,11 +24,18 @@ static const OptionSpec field_table[] = {
 static const OptionSpec info_table[] = {
 #include "cli/info.def"
 };
-_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+static const OptionSpec skin_table[] = {
+#include "cli/skin.def"
+};
+_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT && (int)SKIN_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
 const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
+const OptionTable skin_options = {"skin", SKIN_OPTION_COUNT, skin_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
 

@@ -32,9 +32,8 @@ enum { SKIN_COARSEST = 4 };
 SkinTarget *skin_target_field(const SkinLattice *l, const Field *f, Err *err);
 
 typedef enum SkinKernel {
-    KERNEL_BLOB,    /* the paper's: the sum of (1 - d^2/4r^2)^3 over the particles; a lone one's surface is at r */
-    KERNEL_AVERAGE, /* r less the distance to the weighted mean of the particles around (Zhu, Bridson 2005) */
-    KERNEL_BALL,    /* the union of the balls */
+    SKIN_BLOB, /* the paper's: the sum of (1 - d^2/4r^2)^3 over the particles; a lone one's surface is at r */
+    SKIN_BALL, /* the union of the balls */
 } SkinKernel;
 
 typedef struct SkinPoints {

@@ -59,6 +59,21 @@ struct SkinTarget {
     float *slope;  /* raw = value * slope */
 };
 
+/* Bricks by the world boxes that they must cover. */
+typedef struct Places {
+    int n, cap;
+    int (*at)[3];
+    Map seen;
+} Places;
+
+/* The bricks of all samples within `margin` voxels of a box. False where they are too many or too far away. */
+bool places_add(Places *p, const SkinLattice *l, Vec3 lo, Vec3 hi, double margin);
+void places_free(Places *p);
+bool fail_bricks(Err *err);
+/* Makes a target of a band that holds the samples of any potential, positive inside; NaN: not known, and not near the
+ * surface. */
+void target_finish(SkinTarget *t);
+
 /* --- measure.c -------------------------------------------------------------------------------------------------- */
 
 typedef struct Extent {

@@ -8,20 +8,13 @@
 
 enum { TARGET_SPREADS = 14, BRICKS_MAX = 1 << 20, PLACE_MAX = (1 << 17) - 2 };
 
-static bool fail_bricks(Err *err)
+bool fail_bricks(Err *err)
 {
     return fail(err, ERR_RESOURCE, "the target's surface needs more than %d bricks of 8^3 samples, or lies farther than %d voxels from the lattice's origin; give a larger --voxel",
                 BRICKS_MAX, PLACE_MAX * SIDE);
 }
 
-/* Bricks that samples of a world box, `margin` voxels wider, are in. */
-typedef struct Places {
-    int n, cap;
-    int (*at)[3];
-    Map seen;
-} Places;
-
-static bool add_places(Places *p, const SkinLattice *l, Vec3 lo, Vec3 hi, double margin)
+bool places_add(Places *p, const SkinLattice *l, Vec3 lo, Vec3 hi, double margin)
 {
     int from[3], to[3];
     for (int a = 0; a < 3; a++) {
@@ -44,7 +37,7 @@ static bool add_places(Places *p, const SkinLattice *l, Vec3 lo, Vec3 hi, double
     return true;
 }
 
-static void free_places(Places *p)
+void places_free(Places *p)
 {
     mem_free(p->at);
     map_free(&p->seen);
@@ -107,7 +100,7 @@ static void keep_slopes(SkinTarget *t, const Band *old, const float *slope)
     }
 }
 
-static void make_distance(SkinTarget *t)
+void target_finish(SkinTarget *t)
 {
     Band *b = &t->band;
     t->slope = NEW(float, (size_t)b->n * CELLS);
@@ -160,7 +153,7 @@ static bool find_field_places(Places *p, const SkinLattice *l, const Field *f)
             lo = vec3(fmin(lo.x, q.x), fmin(lo.y, q.y), fmin(lo.z, q.z));
             hi = vec3(fmax(hi.x, q.x), fmax(hi.y, q.y), fmax(hi.z, q.z));
         }
-        if (!add_places(p, l, lo, hi, SKIN_BAND_VOXELS + 1)) return false;
+        if (!places_add(p, l, lo, hi, SKIN_BAND_VOXELS + 1)) return false;
     }
     return true;
 }
@@ -175,9 +168,9 @@ SkinTarget *skin_target_field(const SkinLattice *l, const Field *f, Err *err)
         band_init(&t->band, p.n, p.at);
         FieldJob job = {l, f, &t->band};
         parallel_for(t->band.n, 4, sample_field, &job);
-        make_distance(t);
+        target_finish(t);
     }
-    free_places(&p);
+    places_free(&p);
     return t;
 }
 
