@@ -7,7 +7,9 @@
 #include <math.h>
 
 #define STEP (0.45f * DX)
-#define LEAST 1e-6f /* a sample stays on its side */
+#define LEAST 1e-6f  /* a sample stays on its side */
+#define REFORM 0.25f /* of a slope's error that a pass takes away beside the surface: the rest is the next substep's, and what the zero moves by
+                        stays below what the target takes back */
 
 static float slope_along(const float *p, int step)
 {
@@ -48,7 +50,7 @@ static float rescaled(const float *p, const float *slope)
         sum += 0.5f * (slope[0] + slope[STEPS[k]]);
         n++;
     }
-    float d = n ? p[0] / (sum / (float)n) : p[0];
+    float d = n ? p[0] * (1 + REFORM * ((float)n / sum - 1)) : p[0];
     if (p[0] > 0) return d > 1 ? 1 : d < LEAST ? LEAST : d;
     return d < -1 ? -1 : d;
 }
