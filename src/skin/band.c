@@ -78,27 +78,39 @@ float band_side(const Band *b, const int at[3])
     return b->value[(size_t)(low - 1) * CELLS + SIDE - 1] > 0 ? 1 : -1;
 }
 
-/* Of -halo ... 7 + halo: which third, and the place in its brick. */
+/* Of -halo ... 7 + halo: which third. */
 static int third(int i) { return i < 0 ? 0 : i < SIDE ? 1 : 2; }
 
-static void gather_row(const float *column, const int32_t near[3], int row, int own_row, int32_t own, int halo, float fill, float *to)
+/* A row where bricks are missing: the nearest sample of the middle brick, `edge`, goes on. */
+static void gather_torn_row(const float *const part[3], const float *edge, int halo, float fill, float *to)
 {
-    for (int k = 0; k < 3; k++) {
-        int from = k == 0 ? -halo : k == 1 ? 0 : SIDE, end = k == 0 ? 0 : k == 1 ? SIDE : SIDE + halo;
-        const float *p = near[k] == NONE ? NULL : column + (size_t)near[k] * CELLS + row * SIDE;
-        const float *edge = own == NONE ? NULL : column + (size_t)own * CELLS + own_row * SIDE;
-        for (int x = from; x < end; x++) *to++ = p ? p[x & 7] : edge ? edge[int_clamp(x, 0, SIDE - 1)] : fill;
+    for (int x = -halo; x < SIDE + halo; x++) {
+        const float *p = part[third(x)];
+        *to++ = p ? p[x & 7] : edge ? edge[int_clamp(x, 0, SIDE - 1)] : fill;
     }
 }
 
 void band_gather(const float *column, const int32_t near[27], int halo, float fill, float *pad)
 {
-    int side = SIDE + 2 * halo;
+    const float *brick[27];
+    for (int k = 0; k < 27; k++) brick[k] = near[k] == NONE ? NULL : column + (size_t)near[k] * CELLS;
     for (int z = -halo; z < SIDE + halo; z++)
         for (int y = -halo; y < SIDE + halo; y++) {
-            int own_row = int_clamp(z, 0, 7) * SIDE + int_clamp(y, 0, 7);
-            gather_row(column, near + 9 * third(z) + 3 * third(y), (z & 7) * SIDE + (y & 7), own_row, near[13], halo, fill, pad);
-            pad += side;
+            const float *const *from = brick + 9 * third(z) + 3 * third(y);
+            int row = ((z & 7) * SIDE + (y & 7)) * SIDE;
+            const float *part[3];
+            for (int k = 0; k < 3; k++) part[k] = from[k] ? from[k] + row : NULL;
+            if (part[0] && part[1] && part[2]) {
+                for (int h = 0; h < halo; h++) {
+                    pad[h] = part[0][SIDE - halo + h];
+                    pad[halo + SIDE + h] = part[2][h];
+                }
+                memcpy(pad + halo, part[1], SIDE * sizeof(float));
+            } else {
+                const float *edge = brick[13] ? brick[13] + (int_clamp(z, 0, 7) * SIDE + int_clamp(y, 0, 7)) * SIDE : NULL;
+                gather_torn_row(part, edge, halo, fill, pad);
+            }
+            pad += SIDE + 2 * halo;
         }
 }
 

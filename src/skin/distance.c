@@ -5,6 +5,7 @@
 #include "base/thread.h"
 
 #include <math.h>
+#include <string.h>
 
 #define STEP (0.45f * DX)
 #define LEAST 1e-6f  /* a sample stays on its side */
@@ -70,18 +71,46 @@ static void rescale(void *ctx, int begin, int end)
     }
 }
 
-static float minmod(float a, float b) { return a * b <= 0 ? 0 : fabsf(a) < fabsf(b) ? a : b; }
+/* Without branches, so that rows become vectors. */
+static inline float positive(float x) { return 0.5f * (x + fabsf(x)); }
+static inline float minmod(float a, float b) { return copysignf(positive(0.5f * (fabsf(a + b) - fabsf(a - b))), a); }
+static inline float larger(float a, float b) { return 0.5f * (a + b + fabsf(a - b)); }
 
-/* The square of the upwind slope of s f along an axis, per sample. */
-static float upwind2(const float *p, int step, float s)
+/* Adds the square of the upwind slope of s f along an axis, a row of samples at once. */
+static void add_upwind(const float *restrict p, int step, const float *restrict s, float *restrict sum)
 {
-    float a = s * p[-2 * step], b = s * p[-step], c = s * p[0], d = s * p[step], e = s * p[2 * step];
-    float bend = d - 2 * c + b;
-    float down = c - b + 0.5f * minmod(bend, c - 2 * b + a);
-    float up = d - c - 0.5f * minmod(bend, e - 2 * d + c);
-    float from_below = down > 0 ? down : 0, from_above = up < 0 ? -up : 0;
-    float m = from_below > from_above ? from_below : from_above;
-    return m * m;
+    for (int x = 0; x < SIDE; x++) {
+        float a = s[x] * p[x - 2 * step], b = s[x] * p[x - step], c = s[x] * p[x], d = s[x] * p[x + step], e = s[x] * p[x + 2 * step];
+        float bend = d - 2 * c + b;
+        float down = c - b + 0.5f * minmod(bend, c - 2 * b + a);
+        float up = d - c - 0.5f * minmod(bend, e - 2 * d + c);
+        float m = larger(positive(down), positive(-up));
+        sum[x] += m * m;
+    }
+}
+
+/* All of a row and of the four beside it at 1, or all at -1: nothing moves there. */
+static bool is_flat(const float *p)
+{
+    static const int ROWS[5] = {0, -PAD2, PAD2, -PAD2 * PAD2, PAD2 * PAD2};
+    const float first = p[0];
+    bool flat = first == 1 || first == -1;
+    for (int r = 0; r < 5 && flat; r++)
+        for (int x = -1; x <= SIDE; x++) flat &= p[ROWS[r] + x] == first;
+    return flat;
+}
+
+static void spread_row(const float *p, float *to)
+{
+    float s[SIDE], slope[SIDE] = {0};
+    for (int x = 0; x < SIDE; x++) s[x] = p[x] > 0 ? 1 : -1;
+    add_upwind(p, 1, s, slope);
+    add_upwind(p, PAD2, s, slope);
+    add_upwind(p, PAD2 * PAD2, s, slope);
+    for (int x = 0; x < SIDE; x++) {
+        float d = s[x] * p[x] - STEP * (sqrtf(slope[x]) / DX - 1);
+        to[x] = is_near(p + x, PAD2, PAD2 * PAD2) ? p[x] : s[x] * (d > 1 ? 1 : d < LEAST ? LEAST : d);
+    }
 }
 
 static void spread(void *ctx, int begin, int end)
@@ -91,16 +120,10 @@ static void spread(void *ctx, int begin, int end)
     for (int i = begin; i < end; i++) {
         band_gather(b->value, b->near[i], 2, 0, pad);
         float *to = b->spare + (size_t)i * CELLS;
-        for (int c = 0; c < CELLS; c++) {
-            const float *p = pad + 2 + (c & 7) + PAD2 * (2 + (c >> 3 & 7)) + PAD2 * PAD2 * (2 + (c >> 6));
-            if (is_near(p, PAD2, PAD2 * PAD2)) {
-                to[c] = *p;
-                continue;
-            }
-            float s = *p > 0 ? 1 : -1;
-            float slope = sqrtf(upwind2(p, 1, s) + upwind2(p, PAD2, s) + upwind2(p, PAD2 * PAD2, s)) / DX;
-            float d = s * *p - STEP * (slope - 1);
-            to[c] = s * (d > 1 ? 1 : d < LEAST ? LEAST : d);
+        for (int row = 0; row < SIDE * SIDE; row++, to += SIDE) {
+            const float *p = pad + 2 + PAD2 * (2 + (row & 7)) + PAD2 * PAD2 * (2 + (row >> 3));
+            if (is_flat(p)) memcpy(to, p, SIDE * sizeof(float));
+            else spread_row(p, to);
         }
     }
 }

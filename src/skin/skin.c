@@ -9,6 +9,7 @@
 enum { SPREADS = 4 };
 #define COURANT 0.5           /* voxels in a substep at most: a sample two away from the surface does not miss it */
 #define TRACKED 0.5           /* of the way to the target in a substep at most: it is not overshot */
+#define NEIGHBOUR 0.93f       /* a sample beside one beside the surface is (1 + sqrt 3) voxels from it at most */
 #define FLAT 1e-6f            /* |grad f|^2 below which there is no curvature to speak of */
 #define SHARPEST (2 / DX)     /* a ball of one voxel's radius has this curvature; what is sharper cannot be told */
 
@@ -124,7 +125,7 @@ static void move_values_of(void *ctx, int begin, int end)
             const float *v = pad + 1 + (c & 7) + PAD1 * (1 + (c >> 3 & 7)) + PAD1 * PAD1 * (1 + (c >> 6));
             float speed = *v, sum = 0;
             int n = 0;
-            if (isnan(speed) && fabsf(f[c]) < 1) {
+            if (isnan(speed) && fabsf(f[c]) < NEIGHBOUR) {
                 for (int k = 0; k < 27; k++) {
                     float w = v[k % 3 - 1 + PAD1 * (k / 3 % 3 - 1) + PAD1 * PAD1 * (k / 9 - 1)];
                     if (isnan(w)) continue;
