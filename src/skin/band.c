@@ -65,8 +65,7 @@ void band_copy(Band *to, const Band *from)
     memcpy(to->value, from->value, (size_t)from->n * CELLS * sizeof(float));
 }
 
-/* The last brick before a place in its row, whose last samples in x say what lies between. */
-float band_side(const Band *b, const int at[3])
+int band_before(const Band *b, const int at[3])
 {
     int low = 0, high = b->n;
     while (low < high) {
@@ -74,8 +73,15 @@ float band_side(const Band *b, const int at[3])
         if (compare_place(b->at[mid], at) < 0) low = mid + 1;
         else high = mid;
     }
-    if (low == 0 || b->at[low - 1][1] != at[1] || b->at[low - 1][2] != at[2]) return -1;
-    return b->value[(size_t)(low - 1) * CELLS + SIDE - 1] > 0 ? 1 : -1;
+    if (low == 0 || b->at[low - 1][1] != at[1] || b->at[low - 1][2] != at[2]) return NONE;
+    return low - 1;
+}
+
+/* The last samples in x before a place say what lies between. */
+float band_side(const Band *b, const int at[3])
+{
+    int i = band_before(b, at);
+    return i != NONE && b->value[(size_t)i * CELLS + SIDE - 1] > 0 ? 1 : -1;
 }
 
 /* Of -halo ... 7 + halo: which third. */
@@ -147,30 +153,30 @@ static void demanded_place(const Band *b, int i, int k, int to[3])
     for (int a = 0; a < 3; a++) to[a] = b->at[i][a] + step[a];
 }
 
-/* The sign of the sample of brick i nearest to its neighbour k. */
-static float facing_sign(const Band *b, int i, int k)
+/* To the bricks named, woken ones as the side they are on. */
+static void rebuild(Band *b, int n, int (*at)[3])
 {
-    const int place[3] = {0, 0, 7};
-    int c = place[k % 3] + SIDE * place[k / 3 % 3] + SIDE * SIDE * place[k / 9];
-    return b->value[(size_t)i * CELLS + (size_t)c] > 0 ? 1 : -1;
+    Band fresh;
+    band_init(&fresh, n, at);
+    for (int i = 0; i < fresh.n; i++) {
+        float *value = fresh.value + (size_t)i * CELLS;
+        int old = map_get(&b->where, key_of(fresh.at[i]));
+        float side = old == NONE ? band_side(b, fresh.at[i]) : 0;
+        if (old != NONE) memcpy(value, b->value + (size_t)old * CELLS, CELLS * sizeof(float));
+        else
+            for (int c = 0; c < CELLS; c++) value[c] = side;
+    }
+    band_free(b);
+    *b = fresh;
 }
 
-static void move_values(Band *to, const Band *from)
+void band_wake(Band *b, int n, int (*at)[3])
 {
-    for (int i = 0; i < to->n; i++) {
-        float *value = to->value + (size_t)i * CELLS;
-        int old = map_get(&from->where, key_of(to->at[i]));
-        if (old != NONE) {
-            memcpy(value, from->value + (size_t)old * CELLS, CELLS * sizeof(float));
-            continue;
-        }
-        int k = 0; /* woken: as the brick that wakes it */
-        while (k < 27 && (to->near[i][k] == NONE || map_get(&from->where, key_of(to->at[to->near[i][k]])) == NONE)) k++;
-        ASSERT(k < 27);
-        int waker = map_get(&from->where, key_of(to->at[to->near[i][k]]));
-        float sign = facing_sign(from, waker, 26 - k);
-        for (int c = 0; c < CELLS; c++) value[c] = sign;
-    }
+    int (*all)[3] = mem_alloc((size_t)(b->n + n), sizeof *all);
+    memcpy(all, b->at, (size_t)b->n * sizeof *all);
+    memcpy(all + b->n, at, (size_t)n * sizeof *all);
+    rebuild(b, b->n + n, all);
+    mem_free(all);
 }
 
 bool band_update(Band *b)
@@ -201,13 +207,7 @@ bool band_update(Band *b)
         RESERVE(at, cap, n + 1);
         memcpy(at[n++], b->at[i], sizeof *at);
     }
-    if (changed) {
-        Band fresh;
-        band_init(&fresh, n, at);
-        move_values(&fresh, b);
-        band_free(b);
-        *b = fresh;
-    }
+    if (changed) rebuild(b, n, at);
     mem_free(at);
     mem_free(wanted);
     mem_free(mask);

@@ -204,11 +204,16 @@ void skin_end(Skin *s)
     mem_free(s);
 }
 
+/* A ball of radius R0 as target holds one of radius R where alpha (R0 - R) = 2 beta / R, and that has a solution from
+ * R0 = sqrt(8 beta / alpha) on: what is smaller would be born and vanish again in every frame. What is a band deep may be
+ * of any size. */
+static float least_ball(const SkinSettings *set) { return (float)real_min(sqrt(8 * set->beta / set->alpha), 1 - (double)DX / 2); }
+
 SkinStat skin_move(Skin *s, const SkinTarget *target, double time)
 {
     SkinStat stat = {0};
     s->target = target;
-    if (s->settings.alpha > 0) stat.born = band_seed(&s->band, &target->band);
+    if (s->settings.alpha > 0) stat.born = band_seed(&s->band, &target->band, least_ball(&s->settings));
     for (double left = time; left > 0 && s->band.n; stat.substeps++) {
         double dt = move_once(s, left);
         left = dt < left * (1 - 1e-9) ? left - dt : 0;

@@ -22,8 +22,12 @@ typedef struct Band {
 void band_init(Band *b, int n, int (*at)[3]);
 void band_free(Band *b);
 void band_copy(Band *to, const Band *from);
+/* Adds bricks, which change nothing. */
+void band_wake(Band *b, int n, int (*at)[3]);
 /* Wakes and drops bricks so that what stands above holds. True where bricks changed. */
 bool band_update(Band *b);
+/* The last brick before a place in its row along x, or NONE. */
+int band_before(const Band *b, const int at[3]);
 /* The bricks around a place, of this or another band: near27 as Band.near; the middle may be NONE. */
 void band_around(const Band *b, const int at[3], int32_t near[27]);
 /* The sign of f in the brick at a place that is not there. */
@@ -86,5 +90,5 @@ Extent band_measure(const Band *b);
 /* --- birth.c ---------------------------------------------------------------------------------------------------- */
 
 /* Components of the target's inside that hold nothing of the skin's inside, and of its outside that hold nothing of the
- * skin's outside, get a seed in their deepest sample. Returns how many. */
-int band_seed(Band *b, const Band *target);
+ * skin's outside, get a seed in their deepest sample if that is `least` deep or more. Returns how many. */
+int band_seed(Band *b, const Band *target, float least);
