@@ -44,7 +44,7 @@ LIB = $(B)/libtwinmesh.a
 TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/volume_to_mesh.d
+DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/bench/skin.c.d $(B)/tests/volume_to_mesh.d
 
 all: $(B)/twinmesh
 
@@ -84,7 +84,7 @@ $(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
 
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
-$(PAPERS): $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
+$(PAPERS) $(B)/tests/skin: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
@@ -128,7 +128,7 @@ endif
 
 bench:
 	@.ci/deps $(BUILD_PACKAGES)
-	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
+	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh $(B)/tests/skin
 	@tests/bench/bench.sh $(B)
 
 # The papers' tables and sharp figures, by the scenes in data-samples/scenes: three minutes.

@@ -52,7 +52,7 @@ static bool read_volume(SkinShape *s, SkinReading *r, const char *path, Err *err
     return ok;
 }
 
-static bool read_points(SkinShape *s, const SkinReading *r, const char *path, Err *err)
+static bool read_points(SkinShape *s, SkinReading *r, const char *path, Err *err)
 {
     PointSet p;
     if (!points_read(path, r->points, &p, err)) return false;
@@ -69,7 +69,12 @@ static bool read_points(SkinShape *s, const SkinReading *r, const char *path, Er
         skinshape_free(s);
         return fail(err, ERR_USAGE, "%.400s: says nothing of the particles' radius; give --radius in world units, such as once or twice the distance between them", path);
     }
-    s->lattice = (SkinLattice){vec3(0, 0, 0), voxel_of(r, 0.5 * least)};
+    SkinLattice lattice = {vec3(0, 0, 0), voxel_of(r, 0.5 * least)};
+    if (r->points && r->request.grid && !read_volume(s, r, path, err)) {
+        skinshape_free(s);
+        return false;
+    }
+    s->lattice = lattice;
     return true;
 }
 
@@ -116,7 +121,7 @@ SkinTarget *skinshape_target(const SkinShape *s, const SkinReading *r, const Ski
 {
     if (!s->is_points) return skin_target_field(l, &s->field, err);
     SkinPoints p = {s->npoint, s->place, s->radius, s->common};
-    return skin_target_points(l, &p, r->kernel, err);
+    return skin_target_points(l, &p, r->kernel, r->points && r->request.grid ? &s->field : NULL, err);
 }
 
 bool skin_is_known(const char *path)

@@ -23,7 +23,7 @@ typedef struct SkinReading {
 
 /* One file's contents before the lattice is known. */
 typedef struct SkinShape {
-    Field field;
+    Field field;           /* of particles what is added to them */
     int npoint;
     Vec3 *place;           /* [npoint] */
     float *radius;         /* [npoint] or NULL */

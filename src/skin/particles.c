@@ -24,6 +24,8 @@ typedef struct Cloud {
     Band bins;     /* the bricks that have any; no values */
     int32_t *first; /* [bins.n + 1] */
     double reach;  /* voxels from a particle beyond which it counts for nothing */
+    const SkinLattice *lattice;
+    const Field *rest;
     Band *band;
 } Cloud;
 
@@ -113,6 +115,15 @@ static void add_ball(SkinKernel kernel, const Ball *ball, Vec3 origin, float *va
             }
 }
 
+/* The union with the field. Where that is not known its side is that of the samples around. */
+static void add_rest(const Cloud *c, const int at[3], float *value)
+{
+    for (int k = 0; k < CELLS; k++) {
+        float F = lattice_value(c->lattice, c->rest, at[0] * SIDE + (k & 7), at[1] * SIDE + (k >> 3 & 7), at[2] * SIDE + (k >> 6));
+        if (isnan(F) ? value[k] <= 0 : F > value[k]) value[k] = F;
+    }
+}
+
 static void sample_balls(void *ctx, int begin, int end)
 {
     Cloud *c = ctx;
@@ -128,15 +139,16 @@ static void sample_balls(void *ctx, int begin, int end)
                     int b = map_get(&c->bins.where, key_coord(at[0] + x, at[1] + y, at[2] + z));
                     for (int k = b == NONE ? 0 : c->first[b]; b != NONE && k < c->first[b + 1]; k++) add_ball(c->kernel, &c->ball[k], origin, value);
                 }
+        if (c->rest) add_rest(c, at, value);
     }
 }
 
-SkinTarget *skin_target_points(const SkinLattice *l, const SkinPoints *points, SkinKernel kernel, Err *err)
+SkinTarget *skin_target_points(const SkinLattice *l, const SkinPoints *points, SkinKernel kernel, const Field *rest, Err *err)
 {
-    Cloud c = {.kernel = kernel};
+    Cloud c = {.kernel = kernel, .lattice = l, .rest = rest};
     Places places = {0};
     SkinTarget *t = NULL;
-    if ((sort_balls(&c, l, points) && fill_bins(&c, l, &places)) || fail_bricks(err)) {
+    if ((sort_balls(&c, l, points) && fill_bins(&c, l, &places) && (!rest || places_add_field(&places, l, rest))) || fail_bricks(err)) {
         t = NEW0(SkinTarget, 1);
         band_init(&t->band, places.n, places.at);
         c.band = &t->band;

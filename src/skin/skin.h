@@ -43,7 +43,9 @@ typedef struct SkinPoints {
     double common;
 } SkinPoints;
 
-SkinTarget *skin_target_points(const SkinLattice *l, const SkinPoints *points, SkinKernel kernel, Err *err);
+/* The union of the particles and a field's inside (NULL: none): solvers that keep particles only near the liquid's surface,
+ * as Blender's does, say by a grid where the rest is. */
+SkinTarget *skin_target_points(const SkinLattice *l, const SkinPoints *points, SkinKernel kernel, const Field *rest, Err *err);
 void skin_target_free(SkinTarget *t);
 
 /* --- the skin ---------------------------------------------------------------------------------------------------- */

@@ -72,8 +72,12 @@ typedef struct Places {
 
 /* The bricks of all samples within `margin` voxels of a box. False where they are too many or too far away. */
 bool places_add(Places *p, const SkinLattice *l, Vec3 lo, Vec3 hi, double margin);
+/* Those where a field's surface may be, and a band around. */
+bool places_add_field(Places *p, const SkinLattice *l, const Field *f);
 void places_free(Places *p);
 bool fail_bricks(Err *err);
+/* F at sample (i, j, k), bands; NaN where it is not known. */
+float lattice_value(const SkinLattice *l, const Field *f, int i, int j, int k);
 /* Makes a target of a band that holds the samples of any potential, positive inside; NaN: not known, and not near the
  * surface. */
 void target_finish(SkinTarget *t);

@@ -129,21 +129,24 @@ typedef struct FieldJob {
     Band *b;
 } FieldJob;
 
+float lattice_value(const SkinLattice *l, const Field *f, int i, int j, int k)
+{
+    bool known;
+    double F = field_value(f, v_axpy(l->origin, l->voxel, vec3(i, j, k)), NULL, &known);
+    return known ? (float)(F / (SKIN_BAND_VOXELS * l->voxel)) : NAN;
+}
+
 static void sample_field(void *ctx, int begin, int end)
 {
     FieldJob *job = ctx;
-    double scale = 1 / (SKIN_BAND_VOXELS * job->lattice->voxel);
     for (int i = begin; i < end; i++)
         for (int c = 0; c < CELLS; c++) {
             const int *at = job->b->at[i];
-            Vec3 q = vec3(at[0] * SIDE + (c & 7), at[1] * SIDE + (c >> 3 & 7), at[2] * SIDE + (c >> 6));
-            bool known;
-            double F = field_value(job->f, v_axpy(job->lattice->origin, job->lattice->voxel, q), NULL, &known);
-            job->b->value[(size_t)i * CELLS + (size_t)c] = known ? (float)(F * scale) : NAN;
+            job->b->value[(size_t)i * CELLS + (size_t)c] = lattice_value(job->lattice, job->f, at[0] * SIDE + (c & 7), at[1] * SIDE + (c >> 3 & 7), at[2] * SIDE + (c >> 6));
         }
 }
 
-static bool find_field_places(Places *p, const SkinLattice *l, const Field *f)
+bool places_add_field(Places *p, const SkinLattice *l, const Field *f)
 {
     for (int b = 0; b < f->ncrossed; b++) {
         Vec3 lo = vec3(INFINITY, INFINITY, INFINITY), hi = v_scale(lo, -1);
@@ -161,7 +164,7 @@ static bool find_field_places(Places *p, const SkinLattice *l, const Field *f)
 SkinTarget *skin_target_field(const SkinLattice *l, const Field *f, Err *err)
 {
     Places p = {0};
-    bool ok = find_field_places(&p, l, f) || fail_bricks(err);
+    bool ok = places_add_field(&p, l, f) || fail_bricks(err);
     SkinTarget *t = NULL;
     if (ok) {
         t = NEW0(SkinTarget, 1);
