@@ -136,11 +136,13 @@ enum { SEED_REACH = SKIN_BAND_VOXELS + 2 };
 
 static void wake_seeds(const Seeds *s, Band *b)
 {
-    int (*at)[3] = mem_alloc(8 * (size_t)s->n, sizeof *at);
+    int (*at)[3] = mem_alloc(27 * (size_t)s->n, sizeof *at);
     for (int i = 0; i < s->n; i++)
-        for (int k = 0; k < 8; k++)
-            for (int a = 0; a < 3; a++) at[8 * i + k][a] = (s->seed[i].at[a] + (k >> a & 1 ? SEED_REACH : -SEED_REACH)) >> 3;
-    band_wake(b, 8 * s->n, at);
+        for (int k = 0; k < 27; k++) {
+            const int step[3] = {k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1};
+            for (int a = 0; a < 3; a++) at[27 * i + k][a] = (s->seed[i].at[a] + step[a] * SEED_REACH) >> 3;
+        }
+    band_wake(b, 27 * s->n, at);
     mem_free(at);
 }
 
@@ -152,6 +154,7 @@ static void plant(const Seed *s, float side, Band *b)
             for (int x = -SEED_REACH; x <= SEED_REACH; x++) {
                 const int at[3] = {s->at[0] + x, s->at[1] + y, s->at[2] + z};
                 int i = map_get(&b->where, key_coord(at[0] >> 3, at[1] >> 3, at[2] >> 3));
+                ASSERT(i != NONE);
                 float *f = &b->value[(size_t)i * CELLS + (size_t)((at[2] & 7) * 64 + (at[1] & 7) * 8 + (at[0] & 7))];
                 float in = s->radius - DX * sqrtf((float)(x * x + y * y + z * z));
                 if (in > side * *f) *f = side * in;

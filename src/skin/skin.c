@@ -21,8 +21,11 @@ struct Skin {
     /* the frame at hand */
     const SkinTarget *target;
     double uniform;           /* the speed that keeps area or volume, bands / time */
+    double speed;             /* the largest of the last substep */
     float dt;
     float *fastest, *steepest; /* [band.n] speed and |grad f| at the surface in a brick */
+    double *sum;               /* [band.n] of the speeds there */
+    int32_t *count;            /* [band.n] how many they are */
     int capbrick;
 };
 
@@ -78,34 +81,51 @@ static void find_speeds(void *ctx, int begin, int end)
             band_gather(s->target->slope, near, 1, 1, slope);
         }
         float *to = b->extra + (size_t)i * CELLS, fastest = 0, steepest = 0;
+        double sum = 0;
+        int count = 0;
         for (int c = 0; c < CELLS; c++) {
             int at = 1 + (c & 7) + PAD1 * (1 + (c >> 3 & 7)) + PAD1 * PAD1 * (1 + (c >> 6));
             const float *p = f + at;
             to[c] = NAN;
             if (!is_near(p, PAD1, PAD1 * PAD1)) continue;
             to[c] = (alpha > 0 ? alpha * shifted_target(p, value + at, slope + at) : 0) - (beta > 0 ? beta * curvature(p) : 0);
+            sum += (double)to[c];
+            count++;
             float g = beta > 0 ? near_slope(p, PAD1, PAD1 * PAD1) : 0;
             if (fabsf(to[c]) > fastest) fastest = fabsf(to[c]);
             if (g > steepest) steepest = g;
         }
         s->fastest[i] = fastest;
         s->steepest[i] = steepest;
+        s->sum[i] = sum;
+        s->count[i] = count;
     }
 }
 
-/* Section 5, solved over the substep's length instead of at its beginning: any gamma is stable. */
+static double mean_speed(const Skin *s)
+{
+    double sum = 0, count = 0;
+    for (int i = 0; i < s->band.n; i++) {
+        sum += s->sum[i];
+        count += s->count[i];
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+/* Section 5: the uniform speed gamma e, e = (V0 - V)/V0, as the mean over a substep of the exact solution of
+ * e' = -(gamma e + m) S/V0, where m is the mean of the other speeds and S = dV/dx: any gamma is stable. */
 static double keeping_speed(const Skin *s, double dt)
 {
     if (s->settings.keep == KEEP_NOTHING) return 0;
     bool area = s->settings.keep == KEEP_AREA;
     Extent now = band_measure(&s->band);
-    if (!(now.volume > 0) || !(now.area > 0)) return 0;
+    if (!(now.volume > 0) || !(now.area > 0) || !(s->kept.volume > 0)) return 0;
     double want = area ? s->kept.area : s->kept.volume, have = area ? now.area : now.volume;
-    /* d volume / d distance = area; d area / d distance = the mean curvature's integral, as of a ball */
-    double grows = area ? 2 * now.area * now.area / (3 * now.volume) : now.area;
-    double rate = s->settings.gamma * grows / want;
+    /* of the volume it is the area; of the area the integral of the mean curvature, taken as a ball's */
+    double S = area ? 2 * now.area * now.area / (3 * now.volume) : now.area, gamma = s->settings.gamma;
+    double rate = gamma * S / want, e = (want - have) / want, m = mean_speed(s);
     if (!(rate > 0)) return 0;
-    return s->settings.gamma * (want - have) / want * -expm1(-rate * dt) / (rate * dt);
+    return (e + m / gamma) * -expm1(-rate * dt) / (dt * S / want) - m;
 }
 
 /* --- one substep ------------------------------------------------------------------------------------------------------ */
@@ -120,11 +140,12 @@ static void move_values_of(void *ctx, int begin, int end)
     for (int i = begin; i < end; i++) {
         band_gather(b->extra, b->near[i], 1, NAN, pad);
         const float *f = b->value + (size_t)i * CELLS;
-        float *to = b->spare + (size_t)i * CELLS;
+        float *to = b->spare + (size_t)i * CELLS, fastest = 0;
         for (int c = 0; c < CELLS; c++) {
             const float *v = pad + 1 + (c & 7) + PAD1 * (1 + (c >> 3 & 7)) + PAD1 * PAD1 * (1 + (c >> 6));
             float speed = *v, sum = 0;
             int n = 0;
+            if (fabsf(speed + uniform) > fastest) fastest = fabsf(speed + uniform);
             if (isnan(speed) && fabsf(f[c]) < NEIGHBOUR) {
                 for (int k = 0; k < 27; k++) {
                     float w = v[k % 3 - 1 + PAD1 * (k / 3 % 3 - 1) + PAD1 * PAD1 * (k / 9 - 1)];
@@ -137,6 +158,7 @@ static void move_values_of(void *ctx, int begin, int end)
             float moved = isnan(speed) ? f[c] : f[c] + dt * (speed + uniform);
             to[c] = moved > 1 ? 1 : moved < -1 ? -1 : moved;
         }
+        s->fastest[i] = fastest;
     }
 }
 
@@ -167,6 +189,8 @@ static double move_once(Skin *s, double left)
         s->capbrick = b->n + b->n / 2;
         RESIZE(s->fastest, s->capbrick);
         RESIZE(s->steepest, s->capbrick);
+        RESIZE(s->sum, s->capbrick);
+        RESIZE(s->count, s->capbrick);
     }
     parallel_for(b->n, 8, find_speeds, s);
     double speed = (double)largest(s->fastest, b->n), slope = (double)largest(s->steepest, b->n);
@@ -176,6 +200,7 @@ static double move_once(Skin *s, double left)
     double dt = left <= limit ? left : left / ceil(left / limit);
     s->dt = (float)dt;
     parallel_for(b->n, 8, move_values_of, s);
+    s->speed = (double)largest(s->fastest, b->n);
     float *t = b->value;
     b->value = b->spare;
     b->spare = t;
@@ -201,6 +226,8 @@ void skin_end(Skin *s)
     band_free(&s->band);
     mem_free(s->fastest);
     mem_free(s->steepest);
+    mem_free(s->sum);
+    mem_free(s->count);
     mem_free(s);
 }
 
@@ -223,7 +250,7 @@ SkinStat skin_move(Skin *s, const SkinTarget *target, double time)
     stat.area = e.area * band * band;
     stat.volume = e.volume * band * band * band;
     stat.bricks = s->band.n;
-    stat.speed = SKIN_BAND_VOXELS * ((double)largest(s->fastest, int_min(s->band.n, s->capbrick)) + fabs(s->uniform));
+    stat.speed = s->band.n ? SKIN_BAND_VOXELS * s->speed : 0;
     s->target = NULL;
     return stat;
 }
