@@ -41,6 +41,7 @@ typedef struct Page {
 } Page;
 
 typedef struct Pages {
+    bool loose;           /* in files that are not compressed: no pages but each leaf's bytes, 0 before those that differ */
     int n, cap;
     Page *page;
 } Pages;
@@ -56,6 +57,8 @@ typedef struct Cloud {
     Piece *piece;         /* [nleaf][nattribute] */
     Pages *pages;         /* [nattribute] */
 } Cloud;
+
+static Piece *piece_of(const Cloud *c, int leaf, int attribute) { return &c->piece[(size_t)leaf * (size_t)c->nattribute + (size_t)attribute]; }
 
 static bool wrong(Cloud *c, const char *what)
 {
@@ -262,7 +265,7 @@ static bool take_pieces(Cloud *c)
             c->pages = NEW0(Pages, c->nattribute);
         }
         for (int a = 0; a < c->nattribute; a++)
-            if (!take_piece(c, &c->piece[(size_t)l * (size_t)c->nattribute + (size_t)a])) return false;
+            if (!take_piece(c, piece_of(c, l, a))) return false;
     }
     return true;
 }
@@ -273,9 +276,11 @@ static bool take_page_sizes(Cloud *c, int attribute)
 {
     Pages *to = &c->pages[attribute];
     uint64_t left = 0; /* of the last page */
+    to->loose = !piece_of(c, 0, attribute)->paged;
     for (int l = 0; l < c->nleaf; l++) {
-        const Piece *piece = &c->piece[(size_t)l * (size_t)c->nattribute + (size_t)attribute];
-        if (!piece->paged) return wrong(c, "an attribute is not stored in pages; write it again with OpenVDB 5 or later");
+        const Piece *piece = piece_of(c, l, attribute);
+        if (piece->paged == to->loose) return wrong(c, "an attribute is stored in two ways");
+        if (to->loose) continue;
         if (left == 0) {
             uint32_t packed, size;
             if (!take_u32(c, &packed)) return false;
@@ -313,10 +318,33 @@ static bool unpack(Cloud *c, const uint8_t *from, size_t packed, size_t size, ui
     return ok || wrong(c, "a blosc chunk is damaged");
 }
 
+static uint8_t *take_loose(Cloud *c, int attribute, bool wanted)
+{
+    uint64_t all = 0, at = 0;
+    for (int l = 0; l < c->nleaf; l++) {
+        if (piece_of(c, l, attribute)->bytes > (uint64_t)(c->end - c->p) - all) {
+            wrong(c, "it is cut short");
+            return NULL;
+        }
+        all += piece_of(c, l, attribute)->bytes;
+    }
+    uint8_t *to = wanted ? NEW(uint8_t, all) : NULL;
+    for (int l = 0; l < c->nleaf; l++) {
+        const Piece *piece = piece_of(c, l, attribute);
+        const uint8_t *packed = piece->uniform ? NULL : take(c, 1);
+        if (packed && *packed) wrong(c, "an attribute is packed in a way that is not known");
+        const uint8_t *from = take(c, piece->bytes);
+        if (from && wanted) memcpy(to + at, from, piece->bytes);
+        at += piece->bytes;
+    }
+    return to;
+}
+
 /* The attribute's bytes, leaf by leaf; NULL where they are only stepped over, or wrong. */
 static uint8_t *take_pages(Cloud *c, int attribute, bool wanted)
 {
     const Pages *pages = &c->pages[attribute];
+    if (pages->loose) return take_loose(c, attribute, wanted);
     uint64_t all = 0, at = 0, stored = 0;
     for (int i = 0; i < pages->n; i++) {
         all += (uint64_t)pages->page[i].size;
@@ -390,7 +418,7 @@ static bool count_points(Cloud *c, int attribute, size_t size, int *out)
 {
     uint64_t n = 0;
     for (int l = 0; l < c->nleaf; l++) {
-        const Piece *piece = &c->piece[(size_t)l * (size_t)c->nattribute + (size_t)attribute];
+        const Piece *piece = piece_of(c, l, attribute);
         if (piece->count != c->leaf[l].offset[GRID_CELLS - 1]) return wrong(c, "a leaf has another number of values than of points");
         if (piece->bytes != size * (piece->uniform ? 1 : (uint64_t)piece->count)) return wrong(c, "an attribute has another size than its values");
         n += piece->count;
@@ -404,7 +432,7 @@ static void place_points(const Cloud *c, int attribute, size_t size, const uint8
 {
     int n = 0;
     for (int l = 0; l < c->nleaf; l++) {
-        const Piece *piece = &c->piece[(size_t)l * (size_t)c->nattribute + (size_t)attribute];
+        const Piece *piece = piece_of(c, l, attribute);
         const Leaf *leaf = &c->leaf[l];
         uint32_t i = 0;
         for (int v = 0; v < GRID_CELLS; v++)
@@ -422,7 +450,7 @@ static void read_radii(const Cloud *c, int attribute, const uint8_t *bytes, Poin
 {
     int n = 0;
     for (int l = 0; l < c->nleaf; l++) {
-        const Piece *piece = &c->piece[(size_t)l * (size_t)c->nattribute + (size_t)attribute];
+        const Piece *piece = piece_of(c, l, attribute);
         for (uint32_t i = 0; i < piece->count; i++) out->radius[n++] = get_f32(bytes + (piece->uniform ? 0 : i * 4));
         bytes += piece->bytes;
     }
@@ -442,7 +470,10 @@ static bool take_values(Cloud *c, PointSet *out)
     for (int a = 0; a < c->nattribute; a++) {
         bool wanted = a == place || a == radius;
         uint8_t *bytes = take_pages(c, a, wanted);
-        if (c->wrong) return false;
+        if (c->wrong) {
+            mem_free(bytes);
+            return false;
+        }
         if (a == place) place_points(c, place, size, bytes, out);
         if (a == radius) read_radii(c, radius, bytes, out);
         mem_free(bytes);
