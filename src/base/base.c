@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 void assert_failed(const char *what, const char *file, int line)
 {
@@ -21,11 +23,21 @@ bool fail(Err *err, ErrCode code, const char *fmt, ...)
     return false;
 }
 
+static bool limited;
+
+bool mem_limit(uint64_t bytes)
+{
+    struct rlimit limit = {.rlim_cur = (rlim_t)bytes, .rlim_max = RLIM_INFINITY};
+    limited = true;
+    return setrlimit(RLIMIT_DATA, &limit) == 0;
+}
+
+/* Other threads may be in the middle of anything: no handlers are run. What is on disk can be gone on with. */
 static void *must(void *p, size_t count, size_t size)
 {
     if (p) return p;
-    fprintf(stderr, "twinmesh: out of memory (%zu items of %zu bytes were wanted)\n", count, size);
-    exit(ERR_RESOURCE);
+    fprintf(stderr, "twinmesh: out of memory (%zu items of %zu bytes were wanted%s)\n", count, size, limited ? "; --max-memory allows no more" : "");
+    _exit(ERR_RESOURCE);
 }
 
 void *mem_alloc(size_t count, size_t size) { return mem_resize(NULL, count, size); }

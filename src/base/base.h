@@ -41,6 +41,8 @@ void *mem_alloc(size_t count, size_t size);              /* uninitialised */
 void *mem_zero(size_t count, size_t size);               /* zeroed */
 void *mem_resize(void *old, size_t count, size_t size);  /* like realloc */
 void mem_free(void *p);                                  /* NULL is allowed */
+/* From now on the program, its libraries included, takes no more than this. False where the system cannot hold it to that. */
+bool mem_limit(uint64_t bytes);
 char *mem_text(const char *s);                           /* a copy */
 
 #define NEW(type, n) ((type *)mem_alloc((size_t)(n), sizeof(type)))

@@ -3,6 +3,7 @@
 #include "base/thread.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 static void request_fill(VolumeRequest *r, const Options *o)
@@ -38,6 +39,21 @@ static bool attributes_fill(MeshJob *job, const Options *o, Err *err)
     }
     job->request.nattribute = n;
     job->request.attribute = job->attribute;
+    return true;
+}
+
+/* "8G", "500M" into bytes. */
+static bool memory_fill(MeshJob *job, const Options *o, Err *err)
+{
+    static const char unit[] = "KMGT";
+    const char *text = option_text(o, OPT_MAX_MEMORY);
+    if (!text) return true;
+    char *end;
+    double bytes = strtod(text, &end);
+    const char *u = *end ? strchr(unit, *end) : NULL;
+    if (u) bytes *= (double)((uint64_t)1 << (10 * (u - unit + 1))), end++;
+    if (*end || !(bytes >= 128 << 20) || bytes > 1e15) return fail(err, ERR_USAGE, "--max-memory %s: must be bytes, or a number with K, M, G or T behind it, and at least 128M", text);
+    job->max_memory = (uint64_t)bytes;
     return true;
 }
 
@@ -84,6 +100,8 @@ static bool job_check(const MeshJob *job, const Options *o, Err *err)
         return fail(err, ERR_USAGE,
                     "--output %s: names a folder; give the beginning of file names in it too, such as %smesh", prefix,
                     prefix);
+    if (job->follow && !job->frames)
+        return fail(err, ERR_USAGE, "--follow: give --frames A-B too, so that the last frame is known; or name frames on standard input (-) as they are done");
     if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
     if (!(job->track.e_min < job->track.e_max))
         return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
@@ -103,6 +121,11 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
         .print = option_given(o, OPT_PRINT),
+        .resume = option_given(o, OPT_RESUME),
+        .json_log = option_given(o, OPT_JSON_LOG),
+        .follow = option_given(o, OPT_FOLLOW),
+        .keep_state = option_given(o, OPT_KEEP_STATE),
+        .start_from = option_text(o, OPT_START_FROM),
         .turn = {.up = option_given(o, OPT_UP) ? (UpAxis)option_choice(o, OPT_UP) : UP_AS_IT_IS,
                  .scale = option_real(o, OPT_SCALE)},
         .frames = option_text(o, OPT_FRAMES),
@@ -121,7 +144,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
     };
     request_fill(&job->request, o);
     track_fill(&job->track, o);
-    return attributes_fill(job, o, err) && job_check(job, o, err);
+    return attributes_fill(job, o, err) && memory_fill(job, o, err) && job_check(job, o, err);
 }
 
 /* Of volumes it says nothing. */
@@ -137,7 +160,7 @@ void job_echo(const Options *o, const char *version, FILE *report)
     int n = 0;
     for (int i = 0; i < OPTION_COUNT; i++) {
         const OptionSpec *spec = &option_table[i];
-        if (spec->echo == OPTION_HIDE || (spec->echo == OPTION_GIVEN && !option_given(o, i)) || is_beside_the_point(o, i)) continue;
+        if (spec->echo == OPTION_HIDE || spec->echo == OPTION_RUN || (spec->echo == OPTION_GIVEN && !option_given(o, i)) || is_beside_the_point(o, i)) continue;
         bool is_number = spec->kind == OPTION_REAL || spec->kind == OPTION_INT;
         if (is_number) snprintf(number[n], sizeof number[n], "%.9g", o->value[i].real[0]);
         const char *text = is_number && o->value[i].text ? number[n] : o->value[i].text;

@@ -19,6 +19,9 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    bool resume, keep_state, follow;
+    uint64_t max_memory;        /* bytes; 0: no limit */
+    const char *start_from;     /* NULL: anew */
     Turn turn;                  /* of what is written */
     const char *frames;         /* A-B[xS]; NULL: all */
     bool has_scene;             /* the frames are a scene's */
@@ -35,6 +38,7 @@ typedef struct MeshJob {
     TrackSettings track;
     int threads;
     Loudness loudness;
+    bool json_log;
 } MeshJob;
 
 /* *job is not to be moved afterwards. */

@@ -11,8 +11,8 @@ typedef enum OptionKind {
     OPTION_INTS3, OPTION_LATER
 } OptionKind;
 
-/* In the report's first line: not at all, always, or where it was given. */
-typedef enum OptionEcho { OPTION_HIDE, OPTION_ECHO, OPTION_GIVEN } OptionEcho;
+/* In the report's first line: not at all, always, or where it was given; or it is about the running alone. */
+typedef enum OptionEcho { OPTION_HIDE, OPTION_ECHO, OPTION_GIVEN, OPTION_RUN } OptionEcho;
 
 typedef enum OptionId {
 #define SECTION(heading)

@@ -1,6 +1,6 @@
 #include "cli/outputs.h"
 
-#include "cli/attributes.h"
+#include "cli/state.h"
 #include "io/ply.h"
 
 #include <stdio.h>
@@ -9,6 +9,7 @@
 static const char *const kind_name[KIND_COUNT] = {"mechanical", "geometric"};
 static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
+static const char *const lines_name[LINES_COUNT] = {"report", "events", "timings"};
 
 /* PREFIX.middle.ending, or PREFIX.middle.label.ending. */
 static char *name_of(const char *prefix, const char *middle, const char *label, const char *ending)
@@ -19,35 +20,73 @@ static char *name_of(const char *prefix, const char *middle, const char *label, 
     return name;
 }
 
-static bool open_lines(OutFile *f, const char *prefix, const char *middle, Err *err)
+void outframe_free(OutFrame *f)
 {
-    char *path = name_of(prefix, middle, "", "jsonl");
-    bool good = outfile_open(f, path, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int k = 0; k < 2; k++) mem_free(f->carried[kind][k]);
+    mem_free(f->surface);
+    mem_free(f->events);
+    store_free(&f->state);
+    *f = (OutFrame){0};
+}
+
+/* --- opening ---------------------------------------------------------------------------------------- */
+
+/* Closes all; `remove`: leaves nothing. */
+static void close_all(Outputs *o, bool remove)
+{
+    for (int i = 0; i < LINES_COUNT; i++) (remove ? outfile_abort : outfile_leave)(&o->lines[i]);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int file = 0; file < GLTF_FILE_COUNT; file++) (remove ? gltf_abort : gltf_leave)(o->gltf[kind][file]);
+    memset(o->gltf, 0, sizeof o->gltf);
+}
+
+/* `s`: NULL for a new run. */
+static bool open_lines(Outputs *o, int i, Store *s, Err *err)
+{
+    char *path = name_of(o->job->prefix, lines_name[i], "", "jsonl");
+    uint64_t length = 0;
+    if (s) STORE(s, length);
+    bool good = !s ? outfile_open(&o->lines[i], path, err) : !s->bad && outfile_reopen(&o->lines[i], path, length, err);
     mem_free(path);
     return good;
 }
 
-static bool open_gltf(Outputs *o, int kind, int file, double fps, Err *err)
+static bool open_gltf(Outputs *o, int kind, int file, double fps, Store *s, Err *err)
 {
     const MeshJob *job = o->job;
     if (!(job->formats & gltf_format[file])) return true;
-    o->gltf_path[kind][file] = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
-    GltfOptions options = {
-        .path = o->gltf_path[kind][file], .fps = fps, .name = kind_name[kind], .step = job->gltf_step};
-    o->gltf[kind][file] = gltf_open(&options, err);
+    char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
+    GltfOptions options = {.path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step};
+    o->gltf[kind][file] = s ? gltf_reopen(&options, s, err) : gltf_open(&options, err);
+    mem_free(path);
     return o->gltf[kind][file] != NULL;
+}
+
+static bool open_all(Outputs *o, double fps, Store *s, Err *err)
+{
+    bool good = true;
+    for (int i = 0; i < LINES_COUNT; i++) good = good && open_lines(o, i, s, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, s, err);
+    if (good) return true;
+    close_all(o, !s);
+    o->job = NULL;
+    return false;
 }
 
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)
 {
-    *o = (Outputs){.job = job};
-    bool good = open_lines(&o->report, job->prefix, "report", err) &&
-                open_lines(&o->events, job->prefix, "events", err) &&
-                open_lines(&o->timings, job->prefix, "timings", err);
-    for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, err);
-    if (!good) outputs_abort(o);
-    return good;
+    *o = (Outputs){.job = job, .totals = report_totals_zero()};
+    return state_remove(job->prefix, err) && open_all(o, fps, NULL, err);
+}
+
+bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *err)
+{
+    *o = (Outputs){.job = job, .kept = true};
+    STORE(s, o->nframe);
+    STORE(s, o->totals);
+    return open_all(o, fps, s, err);
 }
 
 /* --- frames --------------------------------------------------------------------------------------- */
@@ -69,77 +108,70 @@ static bool write_ply(const Outputs *o, int kind, const TriMesh *mesh, const cha
     return good;
 }
 
-/* `shown`: the mesh as it is written. `track`: NULL for a frame that is held, whose connectivity is that of the last. */
-static bool write_gltf(Outputs *o, int kind, const TriMesh *mesh, const TriMesh *shown, const Track *track, int frames, Err *err)
+static bool write_gltf(Outputs *o, int kind, const TriMesh *shown, const OutFrame *f, Err *err)
 {
-    if (!(o->job->formats & (FORMAT_GLB | FORMAT_GLTF))) return true;
-    const Turn *turn = &o->job->turn;
-    const TriMesh *last = &o->last[kind];
-    float *pos = NULL, *normal = NULL;
-    if (track && o->nframe && !trimesh_is_same_run(last, mesh)) {
-        pos = NEW(float, 3 * last->nvert);
-        normal = NEW(float, 3 * last->nvert);
-        double start = console_clock();
-        track_carry(track, last, pos, normal);
-        turn_vectors(turn, turn->scale, last->nvert, pos);
-        turn_vectors(turn, 1, last->nvert, normal);
-        o->carry_s += console_clock() - start;
-    }
+    const float *pos = f->carried[kind][0], *normal = f->carried[kind][1];
     bool good = true;
     for (int file = 0; file < GLTF_FILE_COUNT; file++)
-        if (o->gltf[kind][file]) good = good && gltf_add_frame(o->gltf[kind][file], shown, pos, normal, frames, err);
-    mem_free(pos);
-    mem_free(normal);
+        if (o->gltf[kind][file]) good = good && gltf_add_frame(o->gltf[kind][file], shown, pos, normal, f->gap, err);
     return good;
 }
 
-/* A frame's meshes in all formats wanted; the PLYs first. */
-static bool write_frame(Outputs *o, const TriMesh mesh[KIND_COUNT], const Track *track, const char *label, int frames, Err *err)
+/* The PLYs first. */
+static bool write_meshes(Outputs *o, const OutFrame *f, Err *err)
 {
+    const Turn *turn = &o->job->turn;
     TriMesh shown[KIND_COUNT];
     bool good = true;
-    for (int kind = 0; kind < KIND_COUNT; kind++) shown[kind] = turn_mesh(&o->job->turn, &mesh[kind]);
-    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &shown[kind], label, err);
-    for (int kind = 0; kind < KIND_COUNT; kind++)
-        good = good && write_gltf(o, kind, &mesh[kind], &shown[kind], track, frames, err);
-    for (int kind = 0; kind < KIND_COUNT; kind++) turn_free(&shown[kind]);
-    return good;
-}
-
-bool outputs_add_frame(Outputs *o, const Track *track, const Grid *attribute, const char *label, int frames, Err *err)
-{
-    TriMesh mesh[KIND_COUNT];
-    o->carry_s = 0;
-    track_meshes(track, o->job->open_border, &mesh[KIND_MECHANICAL], &mesh[KIND_GEOMETRIC]);
-    const VolumeRequest *r = &o->job->request;
-    for (int kind = 0; kind < KIND_COUNT; kind++) attributes_sample(&mesh[kind], attribute ? r->nattribute : 0, r->attribute, attribute);
-    bool good = write_frame(o, mesh, track, label, frames, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) {
-        if (o->nframe) trimesh_free(&o->last[kind]);
-        o->last[kind] = mesh[kind];
+        shown[kind] = turn_mesh(turn, &f->mesh[kind]);
+        if (!f->carried[kind][0]) continue;
+        int n = f->ncarried[kind];
+        turn_vectors(turn, turn->scale, n, f->carried[kind][0]);
+        turn_vectors(turn, 1, n, f->carried[kind][1]);
     }
-    o->nframe++;
+    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &shown[kind], f->label, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_gltf(o, kind, &shown[kind], f, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) turn_free(&shown[kind]);
+    if (good) o->nframe++;
     return good;
 }
 
-bool outputs_hold_frame(Outputs *o, const char *label, int frames, Err *err)
+/* What is on disk now is what the state tells of. */
+static bool write_state(Outputs *o, Store *s, Err *err)
 {
-    ASSERT(o->nframe > 0);
-    bool good = write_frame(o, o->last, NULL, label, frames, err);
-    o->nframe++;
-    return good;
+    STORE(s, o->nframe);
+    STORE(s, o->totals);
+    for (int i = 0; i < LINES_COUNT; i++) {
+        uint64_t length = outfile_length(&o->lines[i]);
+        STORE(s, length);
+        if (!outfile_sync(&o->lines[i], err)) return false;
+    }
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int file = 0; file < GLTF_FILE_COUNT; file++) {
+            if (!o->gltf[kind][file]) continue;
+            gltf_store(o->gltf[kind][file], s);
+            if (!gltf_sync(o->gltf[kind][file], err)) return false;
+        }
+    if (!state_write(o->job->prefix, s, err)) return false;
+    o->kept = true;
+    return true;
+}
+
+bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err)
+{
+    double start = console_clock();
+    if (f->mesh && !write_meshes(o, f, err)) return false;
+    const FrameStat *stat = f->fate == FRAME_TRACKED ? &f->stat : NULL;
+    report_write_frame(o->lines[LINES_REPORT].stream, f->label, f->fate, f->surface, stat);
+    if (f->events) fputs(f->events, o->lines[LINES_EVENTS].stream);
+    f->seconds.write = console_clock() - start; /* but for the state, which holds them */
+    timings_write_frame(o->lines[LINES_TIMINGS].stream, f->label, &f->seconds);
+    report_totals_add(&o->totals, f->fate, stat, &f->seconds);
+    return write_state(o, &f->state, err);
 }
 
 /* --- the end -------------------------------------------------------------------------------------- */
-
-static void free_all(Outputs *o)
-{
-    for (int kind = 0; kind < KIND_COUNT; kind++) {
-        if (o->nframe) trimesh_free(&o->last[kind]);
-        for (int file = 0; file < GLTF_FILE_COUNT; file++) mem_free(o->gltf_path[kind][file]);
-    }
-    *o = (Outputs){0};
-}
 
 static int collect_runs(const Outputs *o, ReportRuns runs[KIND_COUNT])
 {
@@ -153,35 +185,56 @@ static int collect_runs(const Outputs *o, ReportRuns runs[KIND_COUNT])
     return n;
 }
 
-bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *err)
+/* Everything under its final name, beside the parts. */
+static bool publish(Outputs *o, bool complete, Err *err)
 {
     ReportRuns runs[KIND_COUNT];
     int nruns = collect_runs(o, runs);
-    report_write_totals(o->report.stream, totals, nruns, runs, complete);
-    events_write_totals(o->events.stream, totals, complete);
-    timings_write_totals(o->timings.stream, totals);
+    report_write_totals(o->lines[LINES_REPORT].stream, &o->totals, nruns, runs, complete);
+    events_write_totals(o->lines[LINES_EVENTS].stream, &o->totals, complete);
+    timings_write_totals(o->lines[LINES_TIMINGS].stream, &o->totals);
     bool good = true;
     Err later; /* the first failure is told */
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) {
             if (!o->gltf[kind][file]) continue;
+            char *path = name_of(o->job->prefix, kind_name[kind], "", gltf_ending[file]);
             Err *to = good ? err : &later;
-            if (!gltf_close(o->gltf[kind][file], to) || !print_name(o, o->gltf_path[kind][file], to)) good = false;
+            if (!gltf_finish(o->gltf[kind][file], to) || !print_name(o, path, to)) good = false;
+            mem_free(path);
         }
-    if (!outfile_commit(&o->report, good ? err : &later)) good = false;
-    if (!outfile_commit(&o->events, good ? err : &later)) good = false;
-    if (!outfile_commit(&o->timings, good ? err : &later)) good = false;
-    free_all(o);
+    for (int i = 0; i < LINES_COUNT; i++)
+        if (!outfile_publish(&o->lines[i], good ? err : &later)) good = false;
     return good;
 }
 
-void outputs_abort(Outputs *o)
+bool outputs_close(Outputs *o, bool complete, Err *err)
 {
-    if (o->report.stream) outfile_abort(&o->report);
-    if (o->events.stream) outfile_abort(&o->events);
-    if (o->timings.stream) outfile_abort(&o->timings);
+    bool good = o->nframe == 0 || publish(o, complete, err);
+    bool whole = good && complete && o->nframe > 0;
+    if (whole && o->kept) good = state_finish(o->job->prefix, err);
+    bool over = (whole && good) || !o->kept || o->nframe == 0; /* nothing is left to go on with */
+    o->left = !over;
+    close_all(o, over);
+    if (over && o->kept && !(whole && o->job->keep_state)) good = state_remove(o->job->prefix, err) && good;
+    return good;
+}
+
+static void sweep(const MeshJob *job, const char *middle, const char *ending)
+{
+    char *path = name_of(job->prefix, middle, "", ending);
+    remove(path);
+    mem_free(path);
+}
+
+bool outputs_sweep(const MeshJob *job, Err *err)
+{
+    for (int i = 0; i < LINES_COUNT; i++) sweep(job, lines_name[i], "jsonl.part");
     for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int file = 0; file < GLTF_FILE_COUNT; file++)
-            if (o->gltf[kind][file]) gltf_abort(o->gltf[kind][file]);
-    free_all(o);
+        for (int file = 0; file < GLTF_FILE_COUNT; file++) {
+            char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
+            gltf_sweep(path);
+            mem_free(path);
+        }
+    return job->keep_state || state_remove(job->prefix, err);
 }

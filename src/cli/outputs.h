@@ -1,33 +1,53 @@
-/* outputs.h: the files of a run: meshes as PLY and glTF, report, events and timings.
+/* outputs.h: the files of a run: meshes as PLY and glTF, report, events and timings, and PREFIX.state.
  *
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
- * bears its final name before it is whole: PLYs after their frame, the others when the run ends, early or not. */
+ * bears its final name before it is whole: PLYs after their frame, the others, which grow as PATH.part, when the run ends,
+ * early or not. After each frame what was written is synced and PREFIX.state replaced (state.h), so that a run killed at any
+ * instant can be gone on with: the parts are cut off to the lengths the state holds. */
 #pragma once
 #include "cli/job.h"
 #include "io/file.h"
 #include "io/gltf.h"
 
 enum { KIND_MECHANICAL, KIND_GEOMETRIC, KIND_COUNT };
-enum { GLTF_FILE_COUNT = 2 }; /* .glb, .gltf */
+enum { GLTF_FILE_COUNT = 2 };                              /* .glb, .gltf */
+enum { LINES_REPORT, LINES_EVENTS, LINES_TIMINGS, LINES_COUNT }; /* .jsonl */
+
+/* A frame as it is handed over to be written. */
+typedef struct OutFrame {
+    char label[FRAME_DIGITS_MAX + 2]; /* digits of its number */
+    FrameFate fate;
+    int gap;                          /* frame intervals since the last one shown */
+    const TriMesh *mesh;              /* [KIND_COUNT] borrowed; held: the last ones again; NULL: skipped */
+    int ncarried[KIND_COUNT];         /* vertices of the last meshes, where their connectivity ends and they are shown moving */
+    float *carried[KIND_COUNT][2];    /* [3*ncarried] owned: on to where they are at this frame, and the normals there; else NULL */
+    FrameStat stat;                   /* tracked */
+    StageSeconds seconds;             /* but for `write` */
+    char *surface;                    /* owned: how it was chosen; NULL: as before */
+    char *events;                     /* owned: the lines of PREFIX.events.jsonl; NULL: none */
+    Store state;                      /* owned: what the run will need; the outputs' own is put behind it */
+} OutFrame;
+void outframe_free(OutFrame *f);
 
 typedef struct Outputs {
-    const MeshJob *job;
-    OutFile report, events, timings;
+    const MeshJob *job;                      /* NULL: not open */
+    OutFile lines[LINES_COUNT];
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
-    char *gltf_path[KIND_COUNT][GLTF_FILE_COUNT];
-    TriMesh last[KIND_COUNT];
+    ReportTotals totals;
     int nframe;                              /* shown so far */
-    double carry_s;                          /* of the last frame's seconds, those of track_carry */
+    bool kept;                               /* a state of this run is on disk */
+    bool left;                               /* closed, and there to be gone on with */
 } Outputs;
 
 /* `fps`: frames a second of the glTF. False leaves nothing behind. */
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err);
-/* The meshes of the frame just tracked, with the job's attributes from `attribute` (NULL: without). `frames`: intervals
- * since the last one shown. */
-bool outputs_add_frame(Outputs *o, const Track *track, const Grid *attribute, const char *label, int frames, Err *err);
-/* The last meshes once more. */
-bool outputs_hold_frame(Outputs *o, const char *label, int frames, Err *err);
-/* Ends and names what is open; everything is tried, err tells of the first failure. */
-bool outputs_close(Outputs *o, const ReportTotals *totals, bool complete, Err *err);
-/* Removes what is open. */
-void outputs_abort(Outputs *o);
+/* Goes on with what the store says. False leaves all as it was; err is untouched where the store is bad. */
+bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *err);
+/* Writes a frame in all formats wanted, then the state. */
+bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err);
+/* Gives all files their names; everything is tried, err tells of the first failure. Complete and without failure: parts and
+ * state go. Else they stay to be gone on with, beside files of the finished frames that can be played; where nothing was
+ * shown nothing is left. */
+bool outputs_close(Outputs *o, bool complete, Err *err);
+/* Removes what a run that was killed after it gave the last of its files its name may have left. */
+bool outputs_sweep(const MeshJob *job, Err *err);

@@ -1,5 +1,6 @@
 #include "cli/reader.h"
 
+#include "cli/inputs.h"
 #include "cli/stop.h"
 #include "cli/velocity.h"
 
@@ -13,9 +14,7 @@
 struct Reader {
     const MeshJob *job;
     Sequence *sequence;
-    /* only the thread's: the surface is chosen once, by the first frame that holds anything */
-    bool chosen;
-    FieldSpec spec;
+    Surface surface; /* only the thread's */
     /* shared, under the lock */
     pthread_mutex_t lock;
     pthread_cond_t changed;
@@ -34,39 +33,43 @@ void readframe_free(ReadFrame *f)
     *f = (ReadFrame){0};
 }
 
-static void choose_surface(Reader *r, const Volume *v, ReadFrame *f)
+static void choose_surface(const MeshJob *job, const Volume *v, ReadFrame *f)
 {
-    if (r->chosen || r->job->has_scene) return;
-    SurfaceChoice choice = volume_choose_surface(v, r->job->iso, r->job->inside);
-    r->spec = choice.spec;
+    if (f->surface.chosen) return;
+    if (job->has_scene) { /* its samples need no choice */
+        f->surface.spec.inside_below = true;
+        return;
+    }
+    SurfaceChoice choice = volume_choose_surface(v, job->iso, job->inside);
+    f->surface.spec = choice.spec;
     if (grid_is_empty(&v->surface)) return; /* a guess that serves this frame only */
-    r->chosen = true;
-    memcpy(f->surface, choice.why, sizeof f->surface);
+    f->surface.chosen = true;
+    memcpy(f->why, choice.why, sizeof f->why);
 }
 
 /* A scene's samples are a volume like any other. */
-static bool read_volume(const Reader *r, ReadFrame *f, Volume *v)
+static bool read_volume(const MeshJob *job, ReadFrame *f, Volume *v)
 {
     *v = (Volume){0};
-    if (!r->job->has_scene) return volume_read(f->frame.path, &r->job->request, v, &f->err);
-    f->scene = scene_frame(&r->job->scene, f->frame.number);
+    if (!job->has_scene) return volume_read(f->frame.path, &job->request, v, &f->err);
+    f->scene = scene_frame(&job->scene, f->frame.number);
     grid_init(&v->surface, 1);
     if (scene_fill_grid(f->scene, false, &v->surface, &f->err)) return true;
     volume_free(v);
     return false;
 }
 
-static bool read_frame(Reader *r, ReadFrame *f)
+static bool read_field(const MeshJob *job, ReadFrame *f)
 {
     Volume v;
-    if (!read_volume(r, f, &v)) return false;
-    choose_surface(r, &v, f);
+    if (!read_volume(job, f, &v)) return false;
+    choose_surface(job, &v, f);
     Err err;
-    bool good = field_build(&f->field, &v.surface, &r->spec, &err);
-    if (good && f->scene && !r->job->trilinear) f->field.exact = scene_exact(f->scene);
+    bool good = field_build(&f->field, &v.surface, &f->surface.spec, &err);
+    if (good && f->scene && !job->trilinear) f->field.exact = scene_exact(f->scene);
     if (!good) fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
     if (good && v.has_velocity) {
-        f->units = velocity_units_of(&v.velocity, r->job->request.velocity, r->job->velocity_units);
+        f->units = velocity_units_of(&v.velocity, job->request.velocity, job->velocity_units);
         velocity_to_world(&v.velocity, f->units);
         f->velocity = v.velocity;
         f->has_velocity = true;
@@ -83,14 +86,23 @@ static bool read_frame(Reader *r, ReadFrame *f)
     return good;
 }
 
-static void next_frame(Reader *r, ReadFrame *f)
+void readframe_read(const MeshJob *job, Surface surface, ReadFrame *f)
 {
     double start = console_clock();
+    f->surface = surface;
+    f->good = read_field(job, f);
+    f->digest = input_digest(&f->frame);
+    f->seconds = console_clock() - start;
+}
+
+static void next_frame(Reader *r, ReadFrame *f)
+{
     *f = (ReadFrame){0};
     f->step = sequence_next(r->sequence, &f->frame, &f->err);
+    if (f->step == SEQUENCE_FRAME && r->job->follow && !sequence_await(r->sequence, &f->frame)) f->step = SEQUENCE_END;
     if (f->step != SEQUENCE_FRAME) return;
-    f->good = read_frame(r, f);
-    f->seconds = console_clock() - start;
+    readframe_read(r->job, r->surface, f);
+    r->surface = f->surface;
 }
 
 static void *reader_run(void *context)
@@ -126,7 +138,7 @@ static void wake(int number)
     (void)number;
 }
 
-Reader *reader_open(const MeshJob *job, Sequence *sequence, Err *err)
+Reader *reader_open(const MeshJob *job, Sequence *sequence, Surface surface, Err *err)
 {
     struct sigaction nudge = {.sa_handler = wake};
     sigemptyset(&nudge.sa_mask);
@@ -134,7 +146,7 @@ Reader *reader_open(const MeshJob *job, Sequence *sequence, Err *err)
     Reader *r = NEW0(Reader, 1);
     r->job = job;
     r->sequence = sequence;
-    r->spec.inside_below = true; /* a scene's samples */
+    r->surface = surface;
     pthread_mutex_init(&r->lock, NULL);
     pthread_cond_init(&r->changed, NULL);
     if (pthread_create(&r->thread, NULL, reader_run, r) == 0) return r;

@@ -5,6 +5,12 @@
 #include "field/field.h"
 #include "sequence/pattern.h"
 
+/* How the surface was chosen, once for all frames: by the first that holds anything. */
+typedef struct Surface {
+    bool chosen;
+    FieldSpec spec;
+} Surface;
+
 typedef struct ReadFrame {
     SequenceStep step;         /* ..._FRAME: there is one; ..._ERROR: err says why the sequence cannot go on */
     Frame frame;
@@ -17,15 +23,20 @@ typedef struct ReadFrame {
     VelocityUnits units;       /* it came in */
     int nattribute;
     Grid *attribute;           /* [nattribute] as the job names them */
-    char surface[300];         /* how the surface was chosen; "" when that was said before */
+    Surface surface;           /* as of this frame */
+    char why[300];             /* how it was chosen; "" when that was said before */
+    uint64_t digest;           /* of the file; 0: not to be read */
     double seconds;
 } ReadFrame;
 
 typedef struct Reader Reader;
 
-/* `job` and `sequence` stay the caller's, who leaves them alone until reader_close. NULL when no thread can be had. */
-Reader *reader_open(const MeshJob *job, Sequence *sequence, Err *err);
+/* `job` and `sequence` stay the caller's, who leaves them alone until reader_close. `surface`: as of the last frame read, or
+ * zero. NULL when no thread can be had. */
+Reader *reader_open(const MeshJob *job, Sequence *sequence, Surface surface, Err *err);
 /* Waits for the next frame. False when a signal came instead. The caller frees the frame. */
 bool reader_take(Reader *r, ReadFrame *out);
 void reader_close(Reader *r);
+/* Reads f->frame, at once, f being zero otherwise. */
+void readframe_read(const MeshJob *job, Surface surface, ReadFrame *f);
 void readframe_free(ReadFrame *f);

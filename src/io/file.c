@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 enum { STREAM_BUFFER = 1 << 18 };
@@ -49,22 +50,43 @@ static void forget(OutFile *f)
     *f = (OutFile){0};
 }
 
+static bool open_part(OutFile *f, const char *path, const char *suffix, const char *mode)
+{
+    size_t size = strlen(path) + strlen(suffix) + 1;
+    f->path = mem_text(path);
+    f->part = NEW(char, size);
+    snprintf(f->part, size, "%s%s", path, suffix);
+    f->stream = fopen(f->part, mode);
+    if (f->stream) setvbuf(f->stream, NULL, _IOFBF, STREAM_BUFFER);
+    return f->stream != NULL;
+}
+
 bool outfile_open(OutFile *f, const char *path, Err *err)
 {
-    size_t n = strlen(path);
-    f->path = mem_text(path);
-    f->part = NEW(char, n + sizeof ".part");
-    memcpy(f->part, path, n);
-    memcpy(f->part + n, ".part", sizeof ".part");
+    if (open_part(f, path, ".part", "w+b")) return true;
+    trouble(path, errno, err);
+    forget(f);
+    return false;
+}
 
-    f->stream = fopen(f->part, "w+b");
-    if (!f->stream) {
-        trouble(path, errno, err);
-        forget(f);
-        return false;
-    }
-    setvbuf(f->stream, NULL, _IOFBF, STREAM_BUFFER);
-    return true;
+static bool cut_off(FILE *stream, uint64_t bytes)
+{
+    return ftruncate(fileno(stream), (off_t)bytes) == 0 && fseeko(stream, 0, SEEK_END) == 0;
+}
+
+bool outfile_reopen(OutFile *f, const char *path, uint64_t bytes, Err *err)
+{
+    struct stat is;
+    bool good = open_part(f, path, ".part", "r+b");
+    if (!good)
+        fail(err, ERR_INPUT, "%.800s: cannot be gone on with: %s", f->part, strerror(errno));
+    else if (!(good = fstat(fileno(f->stream), &is) == 0 && S_ISREG(is.st_mode) && (uint64_t)is.st_size >= bytes))
+        fail(err, ERR_INPUT, "%.800s: is shorter than the run left it", f->part);
+    else if (!(good = cut_off(f->stream, bytes)))
+        outfile_fail(f, err);
+    if (good) return true;
+    outfile_leave(f);
+    return false;
 }
 
 bool outfile_write(OutFile *f, const void *data, size_t bytes, Err *err)
@@ -101,6 +123,44 @@ static bool flush_and_sync(FILE *stream)
     return fsync(fileno(stream)) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
 }
 
+bool outfile_sync(OutFile *f, Err *err)
+{
+    return flush_and_sync(f->stream) || outfile_fail(f, err);
+}
+
+uint64_t outfile_length(const OutFile *f)
+{
+    off_t at = ftello(f->stream);
+    return at < 0 ? 0 : (uint64_t)at;
+}
+
+bool outfile_append(OutFile *f, OutFile *from, Err *err)
+{
+    enum { BLOCK = 1 << 20 };
+    if (fflush(from->stream) != 0) return outfile_fail(from, err);
+    uint8_t *block = NEW(uint8_t, BLOCK);
+    bool good = true;
+    ssize_t n = 0;
+    for (off_t at = 0; good && (n = pread(fileno(from->stream), block, BLOCK, at)) > 0; at += n)
+        good = outfile_write(f, block, (size_t)n, err);
+    if (n < 0) good = outfile_fail(from, err);
+    mem_free(block);
+    return good;
+}
+
+bool outfile_publish(OutFile *f, Err *err)
+{
+    OutFile copy;
+    if (!open_part(&copy, f->path, ".new", "wb")) {
+        outfile_fail(&copy, err);
+        forget(&copy);
+        return false;
+    }
+    if (outfile_append(&copy, f, err)) return outfile_commit(&copy, err);
+    outfile_abort(&copy);
+    return false;
+}
+
 bool outfile_commit(OutFile *f, Err *err)
 {
     ASSERT(f->stream);
@@ -118,10 +178,14 @@ bool outfile_commit(OutFile *f, Err *err)
     return code == 0;
 }
 
+void outfile_leave(OutFile *f)
+{
+    if (f->stream) fclose(f->stream);
+    forget(f);
+}
+
 void outfile_abort(OutFile *f)
 {
-    if (!f->stream) return;
-    fclose(f->stream);
-    remove(f->part);
-    forget(f);
+    if (f->stream) remove(f->part);
+    outfile_leave(f);
 }

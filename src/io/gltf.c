@@ -240,11 +240,9 @@ bool gltf_add_frame(Gltf *g, const TriMesh *mesh, const float *carried_pos, cons
     return false;
 }
 
-void gltf_abort(Gltf *g)
+static void free_all(Gltf *g)
 {
-    if (!g) return;
     GltfDoc *d = &g->doc;
-    for (int p = 0; p < d->npart; p++) outfile_abort(&g->part[p]);
     for (int a = 0; a < d->nattr; a++) mem_free(d->attr[a].name);
     mem_free(g->part);
     mem_free(d->part_bytes);
@@ -263,11 +261,31 @@ void gltf_abort(Gltf *g)
     mem_free(g);
 }
 
+void gltf_abort(Gltf *g)
+{
+    if (!g) return;
+    for (int p = 0; p < g->doc.npart; p++) outfile_abort(&g->part[p]);
+    free_all(g);
+}
+
+void gltf_leave(Gltf *g)
+{
+    if (!g) return;
+    for (int p = 0; p < g->doc.npart; p++) outfile_leave(&g->part[p]);
+    free_all(g);
+}
+
+bool gltf_finish(Gltf *g, Err *err)
+{
+    if (g->broken.code == ERR_NONE) return gltf_assemble(g, err);
+    *err = g->broken;
+    return false;
+}
+
 bool gltf_close(Gltf *g, Err *err)
 {
-    bool ok = g->broken.code == ERR_NONE && gltf_assemble(g, err);
-    if (g->broken.code != ERR_NONE) *err = g->broken;
-    gltf_abort(g); /* whole files are renamed by now, what is left are parts */
+    bool ok = gltf_finish(g, err);
+    gltf_abort(g);
     return ok;
 }
 

@@ -36,10 +36,24 @@ Gltf *gltf_open(const GltfOptions *options, Err *err);
  * mesh is copied. An empty mesh shows nothing, and serves for skipped frames at the end. */
 bool gltf_add_frame(Gltf *g, const TriMesh *mesh, const float *carried_pos, const float *carried_normal,
                     int frames, Err *err);
-/* Writes the file and frees g, in any case. */
-bool gltf_close(Gltf *g, Err *err);
-/* Gives up: removes what was written, frees g. */
+/* Writes the file of the frames given so far. Frames cannot be added any more, but the parts on disk stay, for
+ * gltf_abort or gltf_leave. */
+bool gltf_finish(Gltf *g, Err *err);
+/* Frees g and removes its parts: what gltf_finish has not written is lost. */
 void gltf_abort(Gltf *g);
+/* gltf_finish and gltf_abort. */
+bool gltf_close(Gltf *g, Err *err);
+
+/* Going on in another run: gltf_sync makes the parts outlast this one, gltf_store keeps in a store all that is known beside
+ * them, gltf_leave frees g and lets them stand, as after gltf_finish. gltf_reopen makes of the same options, the store and
+ * the parts, which are cut off to what they were, a Gltf that takes the next frame; NULL with a sentence where that cannot
+ * be (a bad store is left to the caller to tell of; err is then as it was). */
+bool gltf_sync(Gltf *g, Err *err);
+void gltf_store(Gltf *g, Store *s);
+void gltf_leave(Gltf *g);
+Gltf *gltf_reopen(const GltfOptions *options, Store *s, Err *err);
+/* Removes the parts that a killed run left of the file `path`. */
+void gltf_sweep(const char *path);
 
 typedef struct GltfStat {
     int runs;

@@ -155,22 +155,6 @@ static bool make_text(Gltf *g, bool one_buffer, Text *t, Err *err)
 
 /* --- the two kinds of file ------------------------------------------------------------------------ */
 
-/* Copies a part behind the file and removes it, so that the disk holds one part twice at most. */
-static bool move_part(OutFile *file, OutFile *part, Err *err)
-{
-    enum { BLOCK = 1 << 20 };
-    if (fflush(part->stream) != 0) return outfile_fail(part, err);
-    if (fseeko(part->stream, 0, SEEK_SET) != 0) return outfile_fail(part, err);
-    uint8_t *block = NEW(uint8_t, BLOCK);
-    bool ok = true;
-    size_t n;
-    while (ok && (n = fread(block, 1, BLOCK, part->stream)) > 0) ok = outfile_write(file, block, n, err);
-    if (ok && ferror(part->stream)) ok = outfile_fail(part, err);
-    mem_free(block);
-    outfile_abort(part);
-    return ok;
-}
-
 static bool put_chunk(OutFile *file, uint64_t bytes, uint32_t kind, Err *err)
 {
     uint8_t head[8];
@@ -198,7 +182,7 @@ static bool write_glb(Gltf *g, const Text *json, Err *err)
               put_chunk(&file, json->n + filling, 0x4e4f534a /* JSON */, err) &&
               outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "   ", filling, err);
     if (ok && bin) ok = put_chunk(&file, bin, 0x004e4942 /* BIN */, err);
-    for (int p = 0; p < g->doc.npart && ok; p++) ok = move_part(&file, &g->part[p], err);
+    for (int p = 0; p < g->doc.npart && ok; p++) ok = outfile_append(&file, &g->part[p], err);
     if (ok) return outfile_commit(&file, err);
     outfile_abort(&file);
     return false;
@@ -210,19 +194,11 @@ static bool write_gltf(Gltf *g, const char *path, const Text *json, Err *err)
     OutFile file;
     if (!outfile_open(&file, path, err)) return false;
     bool ok = outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "\n", 1, err);
-    char **done = NEW(char *, g->doc.npart);
-    int ndone = 0;
-    for (; ndone < g->doc.npart && ok; ndone++) {
-        done[ndone] = mem_text(g->part[ndone].path);
-        ok = outfile_commit(&g->part[ndone], err);
-    }
+    int done = 0;
+    while (ok && done < g->doc.npart) ok = outfile_publish(&g->part[done++], err);
     if (ok) ok = outfile_commit(&file, err);
     outfile_abort(&file);
-    for (int p = 0; p < ndone; p++) {
-        if (!ok) remove(done[p]);
-        mem_free(done[p]);
-    }
-    mem_free(done);
+    for (int p = 0; p < done && !ok; p++) remove(g->part[p].path);
     return ok;
 }
 

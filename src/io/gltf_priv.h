@@ -28,7 +28,7 @@ typedef struct GltfAccessor {
     int view, component, width; /* width: 1 scalar, 2 or 3 vector */
     uint64_t offset;            /* within the view */
     int64_t count;
-    bool has_range;
+    uint8_t has_range;
     float lo[3], hi[3]; /* [width], exact */
 } GltfAccessor;
 
@@ -74,6 +74,7 @@ struct Gltf {
     void (*warn)(const char *sentence);
     uint64_t part_bytes, glb_bytes; /* limits; lower in tests */
     OutFile *part;                  /* [doc.npart] */
+    int synced;                     /* parts that are on disk and full */
     int frame;                      /* of the last mesh given; -1 before the first */
     bool open;                      /* doc's last piece takes targets */
     TriMesh last, now;              /* copies of the last mesh and the one being added, without attributes */
@@ -83,6 +84,9 @@ struct Gltf {
 
 /* --- gltf_store.c --- */
 
+/* What the names of a file's parts begin with: PREFIX of PREFIX.gltf, but all of PREFIX.glb, as the two may be written beside
+ * each other. To be freed with mem_free. */
+char *gltf_stem(const char *path);
 /* STEM.bin, STEM.1.bin, ...; to be freed with mem_free. */
 char *gltf_part_path(const char *stem, int part);
 
@@ -99,7 +103,7 @@ int gltf_store_keys(Gltf *g, const float *v, int count, int width, bool with_ran
 
 /* --- gltf_file.c --- */
 
-/* Adds the animation, writes the final file; parts are gone or renamed afterwards. */
+/* Adds the animation, writes the final file from the parts, which stay. */
 bool gltf_assemble(Gltf *g, Err *err);
 
 /* --- gltf.cpp --- */

@@ -3,10 +3,19 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
+#include <strings.h>
 
 enum { CHUNK = 3 * 4096 }; /* floats converted at a time */
 
 static uint64_t aligned(uint64_t bytes) { return (bytes + 3) & ~(uint64_t)3; }
+
+char *gltf_stem(const char *path)
+{
+    char *stem = mem_text(path), *dot = strrchr(stem, '.');
+    if (dot && strcasecmp(dot, ".gltf") == 0) *dot = 0;
+    return stem;
+}
 
 char *gltf_part_path(const char *stem, int part)
 {
@@ -22,8 +31,8 @@ char *gltf_part_path(const char *stem, int part)
 static bool open_part(Gltf *g, Err *err)
 {
     GltfDoc *d = &g->doc;
-    /* a .glb's bytes bear its whole name: a .gltf of the same prefix may be written beside it */
-    char *path = gltf_part_path(g->binary ? g->path : g->prefix, d->npart);
+    char *stem = gltf_stem(g->path), *path = gltf_part_path(stem, d->npart);
+    mem_free(stem);
     RESERVE(d->part_bytes, d->cap_part, d->npart + 1);
     RESIZE(g->part, d->cap_part);
     bool ok = outfile_open(&g->part[d->npart], path, err);
@@ -88,7 +97,7 @@ static void widen(GltfAccessor *a, const float *v, size_t n)
         size_t k = i % (size_t)a->width;
         if (!a->has_range || v[i] < a->lo[k]) a->lo[k] = v[i];
         if (!a->has_range || v[i] > a->hi[k]) a->hi[k] = v[i];
-        if (k + 1 == (size_t)a->width) a->has_range = true;
+        if (k + 1 == (size_t)a->width) a->has_range = 1;
     }
 }
 

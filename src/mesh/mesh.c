@@ -279,3 +279,37 @@ const char *mesh_check(const Mesh *m)
     }
     return reached == live ? NULL : complain("a vertex has more than one umbrella; half-edges not reached", live - reached);
 }
+
+/* --- kept between two runs -------------------------------------------------------------------------------- */
+
+static bool is_sound(const Mesh *m)
+{
+    for (int v = 0; v < m->nvert; v++) {
+        Vec3 p = m->pos[v];
+        if (vert_is_dead(m, v) || !isfinite(p.x) || !isfinite(p.y) || !isfinite(p.z)) return false;
+        if (m->id[v] < 0 || m->id[v] >= m->next_id) return false;
+    }
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (m->corner[h] == NONE) return false;
+    return !mesh_check(m);
+}
+
+void mesh_store(Mesh *m, Store *s)
+{
+    ASSERT(s->reading || (m->deadvert == 0 && m->deadtri == 0));
+    STORE(s, m->next_id);
+    STORE(s, m->nvert);
+    STORE(s, m->ntri);
+    STORE_ARRAY(s, m->pos, m->nvert);
+    STORE_ARRAY(s, m->id, m->nvert);
+    STORE_ARRAY(s, m->out, m->nvert);
+    STORE_ARRAY(s, m->corner, 3 * (int64_t)m->ntri);
+    STORE_ARRAY(s, m->opp, 3 * (int64_t)m->ntri);
+    STORE_ARRAY(s, m->length, 3 * (int64_t)m->ntri);
+    STORE_ARRAY(s, m->flag, 3 * (int64_t)m->ntri);
+    if (!s->reading) return;
+    m->capvert = m->nvert;
+    m->captri = m->ntri;
+    store_expect(s, !s->bad && is_sound(m));
+    if (s->bad) mesh_free(m);
+}

@@ -5,7 +5,7 @@
  * vertex has one umbrella. Edits are local and keep the Euler characteristic of each component (link condition).
  * Dead vertices and triangles (out[v] == NONE, corner[3t] == NONE) stay until mesh_compact. One thread at a time. */
 #pragma once
-#include "base/base.h"
+#include "base/store.h"
 #include "base/vec.h"
 
 enum { EDGE_FLAGGED = 1 };
@@ -68,5 +68,7 @@ void mesh_collapse_edge(Mesh *m, int h, Vec3 p);
 bool mesh_can_flip(const Mesh *m, int h);
 void mesh_flip_edge(Mesh *m, int h);
 
-/* Checks the invariant, all of it; NULL or a sentence. For tests and debug builds. */
+/* Checks the invariant, all of it; NULL or a sentence. For tests, debug builds, and what was read. */
 const char *mesh_check(const Mesh *m);
+/* A compact mesh into a store, or out of it into one that is zero: a mesh, or the store is bad. */
+void mesh_store(Mesh *m, Store *s);

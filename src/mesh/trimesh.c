@@ -38,3 +38,32 @@ bool trimesh_is_same_run(const TriMesh *a, const TriMesh *b)
            memcmp(a->tri, b->tri, 3 * (size_t)a->ntri * sizeof *a->tri) == 0 &&
            memcmp(a->id, b->id, (size_t)a->nvert * sizeof *a->id) == 0;
 }
+
+void trimesh_store(TriMesh *m, Store *s)
+{
+    uint8_t velocity = m->velocity != NULL, parent = m->parent != NULL;
+    STORE(s, m->nvert);
+    STORE(s, m->ntri);
+    STORE(s, velocity);
+    STORE(s, parent);
+    STORE_ARRAY(s, m->pos, 3 * (int64_t)m->nvert);
+    STORE_ARRAY(s, m->normal, 3 * (int64_t)m->nvert);
+    if (velocity) STORE_ARRAY(s, m->velocity, 3 * (int64_t)m->nvert);
+    STORE_ARRAY(s, m->id, m->nvert);
+    STORE_ARRAY(s, m->tri, 3 * (int64_t)m->ntri);
+    if (parent) STORE_ARRAY(s, m->parent, m->ntri);
+    STORE(s, m->nattr);
+    if (s->reading) {
+        store_expect(s, m->nattr >= 0 && (size_t)m->nattr <= s->n - s->at);
+        if (s->bad) m->nattr = 0;
+        m->attr = NEW0(float *, m->nattr);
+        m->attr_name = NEW0(char *, m->nattr);
+    }
+    for (int a = 0; a < m->nattr; a++) {
+        store_text(s, &m->attr_name[a]);
+        STORE_ARRAY(s, m->attr[a], m->nvert);
+        store_expect(s, m->attr_name[a]);
+    }
+    for (size_t i = 0; s->reading && !s->bad && i < 3 * (size_t)m->ntri; i++) store_expect(s, m->tri[i] >= 0 && m->tri[i] < m->nvert);
+    if (s->bad) trimesh_free(m);
+}

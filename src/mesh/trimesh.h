@@ -1,6 +1,6 @@
 /* trimesh.h: an indexed triangle mesh as files hold it: float32, columns, no adjacency. */
 #pragma once
-#include "base/base.h"
+#include "base/store.h"
 
 typedef struct TriMesh {
     int nvert, ntri;
@@ -20,3 +20,5 @@ void trimesh_init(TriMesh *m, int nvert, int ntri, bool with_velocity, bool with
 void trimesh_free(TriMesh *m); /* leaves an empty mesh */
 /* Same triangles over the same identities, in the same order. */
 bool trimesh_is_same_run(const TriMesh *a, const TriMesh *b);
+/* A mesh into a store, or out of it into one that is zero: its indices are sound, or the store is bad. */
+void trimesh_store(TriMesh *m, Store *s);

@@ -121,3 +121,9 @@ void refine_free(Refine *memory)
     map_free(&memory->marked);
     map_free(&memory->pass);
 }
+
+void refine_store(Refine *memory, Store *s)
+{
+    store_map(s, &memory->marked);
+    store_map(s, &memory->pass);
+}

@@ -61,4 +61,6 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
  * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the mechanical mesh too. Returns how many pairs are left; *flattened: midpoints. */
 int refine_untangle(RefinedMesh *m, const Field *field, int *flattened);
 void refine_free(Refine *memory);
+/* Kept between two runs: into the store, or out of it into one that is zero. */
+void refine_store(Refine *memory, Store *s);
 void refined_free(RefinedMesh *m);

@@ -9,6 +9,9 @@
 #include "track/track.h"
 #include <stdio.h>
 
+/* As JSON has it; NULL: null. */
+void report_put_text(FILE *out, const char *s);
+
 typedef struct ReportSetting {
     const char *name;
     const char *text;      /* NULL: null, "this was decided by the program" */
@@ -18,7 +21,8 @@ typedef struct ReportSetting {
 typedef enum FrameFate { FRAME_TRACKED, FRAME_HELD, FRAME_SKIPPED } FrameFate;
 
 /* Where a frame's seconds went. read: in the reading thread, beside the solve of the frame before; wait: for that
- * thread; carry: the ends of glTF runs taken to the next frame; whole: from the end of one frame to the end of the next. */
+ * thread; carry: the ends of glTF runs taken to the next frame; write: in the writing thread, beside the solve of the frame
+ * behind, but for the state; whole: from the end of one frame to the end of the next. */
 #define REPORT_STAGES(X)                                                                                     \
     X(read) X(wait) X(predict) X(alter) X(relax) X(audit) X(mend) X(refine) X(carry) X(write) X(whole)
 typedef struct StageSeconds {

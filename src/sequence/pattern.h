@@ -43,6 +43,9 @@ bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t
 void sequence_close(Sequence *s);
 /* The next frame; waits for it where names come on standard input. */
 SequenceStep sequence_next(Sequence *s, Frame *out, Err *err);
+/* Waits for the file of the frame that sequence_next gave last, while a running simulation writes it: until it has not
+ * changed for two seconds, or the next frame's is there. False where a signal came instead. */
+bool sequence_await(const Sequence *s, const Frame *f);
 /* Frames in the run, or NONE where only the end of standard input will tell. */
 int sequence_length(const Sequence *s);
 

@@ -70,6 +70,12 @@ typedef struct Track Track;
 Track *track_open(const TrackSettings *set);
 void track_close(Track *tr);
 
+/* What the next frame needs of the frames before, into the store; or out of it into a tracker just opened with the same
+ * settings. Reading leaves the store bad where it holds no such thing; the tracker is then good for track_close alone. */
+void track_store(Track *tr, Store *s);
+/* After reading: the last frame's field and velocity, built again from the same samples and lent as to track_frame. */
+void track_remind(Track *tr, const Field *field, const Grid *velocity);
+
 /* Takes the mesh to the field's surface. `velocity` (may be NULL) is the grid of this frame, in world units a second.
  * Both are borrowed, and stay where they are, until the next frame is tracked and carried (they are its "last frame").
  * `frames` is the number of frame intervals since the last call (1, or more after skipped frames; ignored on the first call).

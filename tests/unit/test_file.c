@@ -182,6 +182,70 @@ static void size_limit_is_named(void **state)
     assert_false(exists(in_folder("a.part")) || exists(in_folder("a")));
 }
 
+static long long length_of(const char *path)
+{
+    struct stat st;
+    return stat(path, &st) == 0 ? (long long)st.st_size : -1;
+}
+
+static void what_was_left_is_gone_on_with(void **state)
+{
+    (void)state;
+    Err err = {0};
+    OutFile f;
+    char text[16] = {0};
+    assert_true(outfile_open(&f, in_folder("a"), &err));
+    assert_true(outfile_write(&f, "one two", 7, &err));
+    assert_true(outfile_sync(&f, &err));
+    assert_int_equal(outfile_length(&f), 7);
+    outfile_leave(&f);
+    assert_true(outfile_reopen(&f, in_folder("a"), 4, &err)); /* the rest is cut off */
+    assert_int_equal(outfile_length(&f), 4);
+    assert_true(outfile_write(&f, "three", 5, &err));
+    assert_true(outfile_commit(&f, &err));
+    FILE *in = fopen(in_folder("a"), "rb");
+    assert_int_equal(fread(text, 1, sizeof text, in), 9);
+    fclose(in);
+    assert_string_equal(text, "one three");
+    remove(in_folder("a"));
+}
+
+static void what_is_shorter_or_gone_is_a_sentence(void **state)
+{
+    (void)state;
+    Err err = {0};
+    OutFile f;
+    assert_false(outfile_reopen(&f, in_folder("a"), 0, &err));
+    assert_int_equal(err.code, ERR_INPUT);
+    assert_true(outfile_open(&f, in_folder("a"), &err));
+    assert_true(outfile_write(&f, "one", 3, &err));
+    outfile_leave(&f);
+    assert_false(outfile_reopen(&f, in_folder("a"), 4, &err));
+    assert_non_null(strstr(err.text, "shorter"));
+    assert_int_equal(length_of(in_folder("a.part")), 3);
+    remove(in_folder("a.part"));
+}
+
+static void a_copy_is_published(void **state)
+{
+    (void)state;
+    Err err = {0};
+    OutFile f, all;
+    assert_true(outfile_open(&f, in_folder("a"), &err));
+    assert_true(outfile_write(&f, "one", 3, &err));
+    assert_true(outfile_publish(&f, &err));
+    assert_int_equal(length_of(in_folder("a")), 3);
+    assert_true(outfile_write(&f, "two", 3, &err)); /* it goes on */
+    assert_true(outfile_open(&all, in_folder("b"), &err));
+    assert_true(outfile_append(&all, &f, &err) && outfile_append(&all, &f, &err));
+    assert_true(outfile_commit(&all, &err));
+    assert_int_equal(length_of(in_folder("b")), 12);
+    assert_int_equal(length_of(in_folder("a")), 3);
+    outfile_abort(&f);
+    remove(in_folder("a"));
+    remove(in_folder("b"));
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -194,6 +258,9 @@ int main(void)
         cmocka_unit_test(full_disk_is_named_at_commit),
         cmocka_unit_test(full_disk_is_named_while_writing),
         cmocka_unit_test(size_limit_is_named),
+        cmocka_unit_test(what_was_left_is_gone_on_with),
+        cmocka_unit_test(what_is_shorter_or_gone_is_a_sentence),
+        cmocka_unit_test(a_copy_is_published),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

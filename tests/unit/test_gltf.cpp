@@ -11,6 +11,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <string>
 #include <vector>
 #include <dirent.h>
@@ -119,12 +120,17 @@ static Gltf *start(const std::string &path, double fps, bool step, Err *err)
     return gltf_open(&options, err);
 }
 
-/* Gives the frames of the script; false after the first failure. */
-static bool play_in(Gltf *g, const Script &script, double fps, int32_t first_id, Err *err)
+/* Gives the frames of the script, from one of them on; false after the first failure. */
+static bool play_in(Gltf *g, const Script &script, double fps, int32_t first_id, Err *err, size_t from = 0, size_t until = SIZE_MAX)
 {
     int gap = 1, last = 0;
-    for (size_t k = 0; k < script.size(); k++) {
+    for (size_t k = 0; k < script.size() && k < until; k++) {
         int sides = script[k];
+        if (k < from) {
+            if (sides >= 0) last = sides;
+            gap = sides < 0 ? gap + 1 : 1;
+            continue;
+        }
         if (sides < 0) {
             gap++;
             continue;
@@ -656,6 +662,76 @@ static void disk_full_is_said(void **)
     assert_true(files().empty());
 }
 
+/* All files of the folder, by name. */
+static std::map<std::string, std::string> contents()
+{
+    std::map<std::string, std::string> all;
+    for (const std::string &name : files()) all[name] = slurp(folder + "/" + name);
+    return all;
+}
+
+/* What a killed run leaves: parts that go on behind what the store tells of. */
+static Store leave_after(const std::string &path, const Script &script, size_t frames)
+{
+    Err err = {};
+    Gltf *g = start(path, 24, false, &err);
+    assert_true(play_in(g, script, 24, 0, &err, 0, frames));
+    Store s = store_writing();
+    assert_true(gltf_sync(g, &err));
+    gltf_store(g, &s);
+    assert_true(play_in(g, script, 24, 0, &err, frames, frames + 2));
+    gltf_leave(g);
+    return s;
+}
+
+static void one_left_is_gone_on_with(void **)
+{
+    const Script script = repeat(5, 3) + repeat(4, 11) + Script{-1, 0, 4} + repeat(6, 2);
+    for (const char *name : {"/a.glb", "/a.gltf"}) {
+        const std::string path = folder + name;
+        write(path, script, 24);
+        const auto expected = contents();
+        clear_files(nullptr);
+        for (size_t k = 1; k < script.size(); k++) {
+            if (script[k - 1] < 0) continue;
+            Store w = leave_after(path, script, k), r = store_reading(w.data, w.n);
+            Err err = {};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            Gltf *g = gltf_reopen(&options, &r, &err);
+            assert_non_null(g);
+            assert_true(r.at == r.n);
+            assert_true(play_in(g, script, 24, 0, &err, k));
+            assert_true(gltf_finish(g, &err));
+            gltf_abort(g);
+            assert_true(contents() == expected);
+            store_free(&w);
+            clear_files(nullptr);
+        }
+    }
+}
+
+/* No byte of the store makes it crash, whether it notices or not. */
+static void damage_in_a_store_does_no_harm(void **)
+{
+    const std::string path = folder + "/a.glb";
+    Store w = leave_after(path, repeat(3, 2) + repeat(4, 2), 3);
+    int refused = 0;
+    for (size_t i = 0; i < w.n; i++)
+        for (uint8_t flip : {0x01, 0x80, 0xff}) {
+            w.data[i] ^= flip;
+            Store r = store_reading(w.data, w.n);
+            Err err = {};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            Gltf *g = gltf_reopen(&options, &r, &err);
+            assert_true(g || r.bad || err.code == ERR_INPUT);
+            refused += !g;
+            if (g) gltf_leave(g);
+            w.data[i] ^= flip;
+        }
+    assert_true(refused > 100);
+    store_free(&w);
+}
+
 static void runs_are_counted(void **)
 {
     GltfStat none = write(folder + "/a.glb", {0, 0}, 24);
@@ -688,6 +764,8 @@ int main()
         TEST(abort_leaves_nothing),
         TEST(full_disk_at_any_moment_leaves_nothing),
         TEST(disk_full_is_said),
+        TEST(one_left_is_gone_on_with),
+        TEST(damage_in_a_store_does_no_harm),
         TEST(runs_are_counted),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -88,7 +88,7 @@ static void test_mistakes(void **state)
     expect_mistake("--angle", "missing");
     expect_mistake("--print=1", "takes no value");
     expect_mistake("--angl 3", "no such option");
-    expect_mistake("--resume", "not in this version");
+    expect_mistake("--interpolation cubic", "not in this version");
 }
 
 /* Every default in the table reads as a value of its option, and no name or letter comes twice. */
@@ -157,6 +157,18 @@ static void test_job(void **state)
     assert_int_equal(job.track.refine_scheme, REFINE_SCHEME_RED_GREEN);
     assert_true(job.track.min_aspect == 0.5);
     options_free(&o);
+
+    assert_true(parse(&o, "a.vdb -o p --max-memory 1.5G --frames 1-2 --follow", &err));
+    assert_true(job_make(&job, &o, &err));
+    assert_true(job.max_memory == (uint64_t)3 << 29 && job.follow);
+    options_free(&o);
+    static const char *const wrong[] = {"a.vdb -o p --max-memory 8x", "a.vdb -o p --max-memory 5M", "a.vdb -o p --follow"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        assert_true(parse(&o, wrong[i], &err));
+        assert_false(job_make(&job, &o, &err));
+        assert_int_equal(err.code, ERR_USAGE);
+        options_free(&o);
+    }
 
     assert_true(parse(&o, "a.vdb", &err));
     assert_false(job_make(&job, &o, &err));

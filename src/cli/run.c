@@ -1,0 +1,266 @@
+#include "cli/run.h"
+
+#include "base/thread.h"
+#include "cli/attributes.h"
+#include "cli/stop.h"
+#include "cli/velocity.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* --- one frame ------------------------------------------------------------------------------------ */
+
+static void say_choices(Run *run, const ReadFrame *f)
+{
+    if (!f->why[0]) return;
+    console_note(&run->console, "%s", f->why);
+    if (f->has_velocity)
+        console_note(&run->console, "velocity '%s': %s", run->job.request.velocity, velocity_units_say(f->units));
+}
+
+static void say_problems(Run *run, const char *label, const FrameStat *s)
+{
+    Console *c = &run->console;
+    if (run->job.track.topology == TOPOLOGY_EXACT && s->wrong_components > 0)
+        console_problem(c, "frame %s: components that differ from the topology of the grid: %d", label, s->wrong_components);
+    if (s->inverted_left > 0)
+        console_problem(c, "frame %s: mechanical triangles left inverted: %d", label, s->inverted_left);
+    console_detail(c,
+                   "frame %s: components %d, triangles %d + %d, splits %d, collapses %d, CG iterations %d, "
+                   "components remade %d, identities kept %.1f %%",
+                   label, s->components, s->triangles_mechanical, s->triangles_geometric, s->splits, s->collapses,
+                   s->cg_iterations, s->remade_components, 100 * (isnan(s->ids_kept) ? 1 : s->ids_kept));
+}
+
+/* Frame intervals from one number to the next. Names on standard input need not come in order. */
+static int intervals(int64_t from, int64_t to, int64_t step)
+{
+    int64_t n = from == NONE ? 1 : (to - from) / step;
+    return n < 1 ? 1 : n > INT32_MAX ? INT32_MAX : (int)n;
+}
+
+/* What happened since the last frame tracked, whatever was skipped or held between. To be freed. */
+static char *tell_events(Run *run, const char *label)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *lines = open_memstream(&text, &size);
+    if (!lines) return NULL;
+    events_write_frame(lines, label, run->tracked_label, track_events(run->track));
+    fclose(lines);
+    mem_free(run->tracked_label);
+    run->tracked_label = mem_text(label);
+    return text;
+}
+
+/* Where a run of the glTF ends, the last meshes shown are carried on to this frame. */
+static void carry_last(Run *run, const TriMesh *mesh, OutFrame *out)
+{
+    if (run->shown == NONE || !(run->job.formats & (FORMAT_GLB | FORMAT_GLTF))) return;
+    double start = console_clock();
+    for (int kind = 0; kind < KIND_COUNT; kind++) {
+        const TriMesh *last = &run->mesh[run->shown_at][kind];
+        if (trimesh_is_same_run(last, &mesh[kind])) continue;
+        for (int k = 0; k < 2; k++) out->carried[kind][k] = NEW(float, 3 * last->nvert);
+        out->ncarried[kind] = last->nvert;
+        track_carry(run->track, last, out->carried[kind][0], out->carried[kind][1]);
+    }
+    out->seconds.carry = console_clock() - start;
+}
+
+/* The meshes of the frame just tracked, in the place that the writer has left. */
+static const TriMesh *take_meshes(Run *run, const ReadFrame *f)
+{
+    const VolumeRequest *r = &run->job.request;
+    TriMesh *mesh = run->mesh[!run->shown_at];
+    for (int kind = 0; kind < KIND_COUNT; kind++) trimesh_free(&mesh[kind]);
+    track_meshes(run->track, run->job.open_border, &mesh[KIND_MECHANICAL], &mesh[KIND_GEOMETRIC]);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        attributes_sample(&mesh[kind], f->attribute ? r->nattribute : 0, r->attribute, f->attribute);
+    return mesh;
+}
+
+/* Hands the frame to the writer, with the state behind it. */
+static bool give(Run *run, const Options *o, const ReadFrame *f, OutFrame *out, Err *err)
+{
+    double now = console_clock();
+    memcpy(out->label, f->frame.digits, sizeof out->label);
+    out->seconds.read = f->seconds;
+    out->seconds.whole = now - run->frame_start_s;
+    run->frame_start_s = now;
+    run->surface = f->surface;
+    inputs_add(&run->inputs, f->frame.number, f->digest);
+    out->state = run_save(run, o);
+    run->done++;
+    return writer_give(run->writer, out, err);
+}
+
+static bool track_one(Run *run, const Options *o, ReadFrame *f, double wait_s, Err *err)
+{
+    say_choices(run, f);
+    OutFrame out = {.fate = FRAME_TRACKED, .surface = f->why[0] ? mem_text(f->why) : NULL};
+    int64_t number = f->frame.number;
+    if (!track_frame(run->track, &f->field, f->has_velocity ? &f->velocity : NULL, intervals(run->tracked, number, 1), &out.stat, err)) {
+        outframe_free(&out);
+        return false;
+    }
+    say_problems(run, f->frame.digits, &out.stat);
+    out.seconds = report_stages(&out.stat);
+    out.seconds.wait = wait_s;
+    out.mesh = take_meshes(run, f);
+    out.gap = intervals(run->shown, number, run->step);
+    carry_last(run, out.mesh, &out);
+    out.events = tell_events(run, f->frame.digits);
+    run->tracked = run->shown = number;
+    run->shown_at = !run->shown_at;
+    run->next = !run->next;
+    bool good = give(run, o, f, &out, err);
+    readframe_free(&run->slot[run->next]);
+    return good;
+}
+
+/* A frame that could not be read: what --on-error wants. */
+static bool pass_over(Run *run, const Options *o, ReadFrame *f, double wait_s, Err *err)
+{
+    OnError want = run->job.on_error;
+    if (want == ON_ERROR_STOP) return fail(err, f->err.code, "frame %s: %s", f->frame.digits, f->err.text);
+    bool hold = want == ON_ERROR_HOLD && run->shown != NONE;
+    console_problem(&run->console, "frame %s is %s: %s", f->frame.digits, hold ? "held" : "skipped", f->err.text);
+    OutFrame out = {.fate = hold ? FRAME_HELD : FRAME_SKIPPED, .seconds = {.wait = wait_s}};
+    if (hold) {
+        out.gap = intervals(run->shown, f->frame.number, run->step);
+        out.mesh = run->mesh[run->shown_at];
+        run->shown = f->frame.number;
+    }
+    return give(run, o, f, &out, err);
+}
+
+/* --- the sequence --------------------------------------------------------------------------------- */
+
+static int64_t common_divisor(int64_t a, int64_t b)
+{
+    while (b) {
+        int64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+/* The step of a sequence such as 10, 12, 14: played at a half of the frame rate it keeps its pace, without gaps.
+ * Of names on standard input nothing is known yet: 1. */
+static bool find_step(const MeshJob *job, const Options *o, int64_t *step, Err *err)
+{
+    Sequence s;
+    Frame *frame = NEW(Frame, 1);
+    int64_t last = NONE;
+    *step = 0;
+    bool good = job_open_sequence(job, o, &s, err);
+    while (good && sequence_length(&s) != NONE && sequence_next(&s, frame, err) == SEQUENCE_FRAME) {
+        if (last != NONE) *step = common_divisor(frame->number - last, *step);
+        last = frame->number;
+    }
+    if (good) sequence_close(&s);
+    if (*step == 0) *step = 1;
+    mem_free(frame);
+    return good;
+}
+
+/* True when the last frame is done, or a signal asks for an end between frames. */
+static bool follow(Run *run, const Options *o, Err *err)
+{
+    for (;;) {
+        ReadFrame *f = &run->slot[run->next];
+        double start = console_clock();
+        if (!reader_take(run->reader, f) || f->step == SEQUENCE_END) return true;
+        if (f->step == SEQUENCE_ERROR) return fail(err, f->err.code, "%s", f->err.text);
+        double wait_s = console_clock() - start;
+        bool was_read = f->good;
+        bool good = (was_read ? track_one : pass_over)(run, o, f, wait_s, err);
+        if (!was_read) readframe_free(f);
+        if (!good) return false;
+        console_progress(&run->console, run->done, int_max(sequence_length(&run->sequence), 0));
+    }
+}
+
+/* False also where nothing is left to do: err->code is ERR_NONE then. */
+static bool open_all(Run *run, const Options *o, Err *err)
+{
+    const MeshJob *job = &run->job;
+    if (!find_step(job, o, &run->step, err)) return false;
+    if (!job_open_sequence(job, o, &run->sequence, err)) return false;
+    run->track = track_open(&job->track);
+    ResumeKind kind = run_resume(run, o, err);
+    if (kind == RESUME_FAILED) return false;
+    if (kind == RESUME_OVER) {
+        if (outputs_sweep(job, err)) console_note(&run->console, "all frames of this run are done");
+        return false;
+    }
+    if (kind == RESUME_ON) console_note(&run->console, "going on after %d frames", run->done);
+    if (kind == RESUME_NEW) {
+        if (!outputs_open(&run->out, job, job->track.fps / (double)run->step, err)) return false;
+        job_echo(o, TWINMESH_VERSION, run->out.lines[LINES_REPORT].stream);
+    }
+    run->writer = writer_open(&run->out, err);
+    if (!run->writer) return false;
+    run->reader = reader_open(job, &run->sequence, run->surface, err);
+    return run->reader != NULL;
+}
+
+/* What was finished stays; where nothing was, nothing is left. */
+static bool close_outputs(Run *run, bool good, Err *err)
+{
+    Outputs *out = &run->out;
+    Err *to = good ? err : &(Err){0}; /* the first failure is told */
+    good = writer_close(run->writer, to) && good;
+    if (!out->job) return good;
+    if (good && out->nframe == 0 && !stop_signal())
+        good = fail(err, ERR_INPUT, out->totals.skipped ? "none of the frames could be read" : "there were no frames to read");
+    to = good ? err : &(Err){0};
+    return outputs_close(out, good && !stop_signal(), to) && good;
+}
+
+static void free_all(Run *run)
+{
+    if (run->track) track_close(run->track);
+    for (int i = 0; i < 2; i++) {
+        readframe_free(&run->slot[i]);
+        for (int kind = 0; kind < KIND_COUNT; kind++) trimesh_free(&run->mesh[i][kind]);
+    }
+    inputs_free(&run->inputs);
+    mem_free(run->tracked_label);
+    sequence_close(&run->sequence);
+}
+
+/* The last words, and the exit status. */
+static int say_end(Run *run, bool good, const Err *err)
+{
+    Console *c = &run->console;
+    const Outputs *out = &run->out;
+    if (err->code != ERR_NONE) console_problem(c, "%s", err->text);
+    if (out->nframe && run->job.loudness > LOUD_QUIET && !c->json) report_summarise(stderr, &out->totals);
+    if (stop_signal()) console_problem(c, "stopped by a signal");
+    if (out->left) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
+    if (stop_signal()) return 128 + stop_signal();
+    return good ? 0 : (int)err->code;
+}
+
+int run_job(Run *run, const Options *o)
+{
+    Err err = {0};
+    run->console = console_make(run->job.loudness);
+    run->console.json = run->job.json_log;
+    run->tracked = run->shown = NONE;
+    run->frame_start_s = console_clock();
+    thread_set_count(run->job.threads);
+    if (run->job.max_memory && !mem_limit(run->job.max_memory)) console_note(&run->console, "--max-memory: this system cannot limit it");
+
+    bool good = open_all(run, o, &err) && follow(run, o, &err);
+    reader_close(run->reader);
+    good = close_outputs(run, good, &err);
+    console_clear(&run->console);
+    free_all(run);
+    return say_end(run, good, &err);
+}

@@ -1,0 +1,46 @@
+/* state.c: what goes from one frame to the next, kept between two runs. */
+#include "track/track_priv.h"
+
+static void store_rest(Rest *r, Store *s)
+{
+    STORE(s, r->now);
+    STORE(s, r->nvert);
+    STORE_ARRAY(s, r->at, r->nvert);
+    r->capat = s->bad ? 0 : r->nvert;
+}
+
+/* Where the geometric mesh's vertices were. */
+static void store_places(RefinedMesh *f, Store *s)
+{
+    STORE(s, f->nvert);
+    STORE_ARRAY(s, f->id, f->nvert);
+    STORE_ARRAY(s, f->pos, f->nvert);
+    if (s->bad) f->nvert = 0;
+}
+
+void track_store(Track *tr, Store *s)
+{
+    uint8_t begun = tr->begun;
+    STORE(s, begun);
+    STORE(s, tr->edge);
+    STORE(s, tr->rest_ratio);
+    mesh_store(&tr->mesh, s);
+    STORE_ARRAY(s, tr->unrest, tr->mesh.nvert);
+    refine_store(&tr->refine, s);
+    if (tr->set.rest) store_rest(&tr->rest, s);
+    if (tr->set.own_motion) store_places(&tr->fine, s);
+    if (!s->reading) return;
+    tr->begun = begun;
+    tr->capcolumn = tr->mesh.nvert;
+    tr->frozen = NEW0(uint8_t, tr->capcolumn);
+    tr->moved = NEW0(uint8_t, tr->capcolumn);
+    store_expect(s, tr->edge >= 0 && isfinite(tr->edge) && tr->rest_ratio > 0 && isfinite(tr->rest_ratio));
+    store_expect(s, !tr->set.rest || tr->rest.nvert == tr->mesh.nvert);
+    if (!s->bad && begun) bodies_take(&tr->bodies, &tr->mesh);
+}
+
+void track_remind(Track *tr, const Field *field, const Grid *velocity)
+{
+    tr->field = field;
+    tr->velocity = velocity;
+}
