@@ -25,6 +25,10 @@ static struct {
     Job job;
 } pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER, .done = PTHREAD_COND_INITIALIZER, .want = 1};
 
+static _Thread_local bool alone;
+
+void thread_alone(void) { alone = true; }
+
 int thread_hardware_count(void)
 {
     long n = sysconf(_SC_NPROCESSORS_ONLN);
@@ -81,7 +85,7 @@ void parallel_for(int n, int grain, ParallelFn *fn, void *ctx)
 {
     ASSERT(grain > 0);
     if (n <= 0) return;
-    if (pool.want == 1 || n <= grain) {
+    if (alone || pool.want == 1 || n <= grain) {
         for (int i = 0; i < n; i += grain) fn(ctx, i, n - i > grain ? i + grain : n);
         return;
     }

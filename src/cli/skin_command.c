@@ -1,13 +1,14 @@
 #include "cli/command.h"
 
 #include "base/thread.h"
-#include "cli/console.h"
+#include "cli/run.h"
 #include "cli/skin_source.h"
 #include "cli/stop.h"
 #include "io/volume_write.h"
 
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { SUBSTEPS_MAX = 1000 };  /* a frame */
 #define SETTLE_TRACKED 8.0     /* ALPHA times time after which e^-8 of the way is left */
@@ -18,7 +19,9 @@ enum { SUBSTEPS_MAX = 1000 };  /* a frame */
 typedef struct SkinRun {
     Console console;
     const Options *options;
-    const char *pattern;
+    int nbehind;               /* arguments behind `--`, for mesh */
+    char **behind;
+    const char *pattern;       /* NULL: no grids are written */
     SkinReading reading;
     bool has_scene, alone;
     Scene scene;
@@ -65,16 +68,10 @@ static bool print_name(const char *path, Err *err)
     return fail(err, ERR_OUTPUT, "standard output cannot be written, where %.400s was to be named", path);
 }
 
-static bool write_skin(SkinRun *run, const Frame *frame, Err *err)
+static bool write_skin(SkinRun *run, const Frame *frame, const Grid *g, Err *err)
 {
     char path[FRAME_PATH_MAX];
-    if (!pattern_name(run->pattern, frame->number, run->alone, path, err)) return false;
-    Grid g;
-    grid_init(&g, 1);
-    skin_to_grid(run->skin, &g);
-    bool ok = volume_write(path, &g, err);
-    grid_free(&g);
-    return ok && print_name(path, err);
+    return pattern_name(run->pattern, frame->number, run->alone, path, err) && volume_write(path, g, err) && print_name(path, err);
 }
 
 /* The target of a frame, and on the first of all the lattice. */
@@ -105,7 +102,7 @@ static bool begin_skin(SkinRun *run, const SkinTarget *target, Err *err)
     return true;
 }
 
-static bool make_frame(SkinRun *run, const Frame *frame, Err *err)
+static bool move_skin(SkinRun *run, const Frame *frame, Err *err)
 {
     const SkinTarget *target = run->to;
     SkinTarget *own = NULL;
@@ -121,9 +118,16 @@ static bool make_frame(SkinRun *run, const Frame *frame, Err *err)
         console_detail(&run->console, "frame %s: substeps %d, bricks %d, components born %d, area %.6g, volume %.6g, last speed %.3g voxels a frame", frame->digits, s.substeps,
                        s.bricks, s.born, s.area, s.volume, s.speed * run->time);
     }
-    ok = ok && write_skin(run, frame, err);
     skin_target_free(own);
     return ok;
+}
+
+/* The skin at a frame, also written where that is wanted. */
+static bool make_frame(SkinRun *run, const Frame *frame, Grid *g, Err *err)
+{
+    if (!move_skin(run, frame, err)) return false;
+    skin_to_grid(run->skin, g);
+    return !run->pattern || write_skin(run, frame, g, err);
 }
 
 /* Also ends, as done, where a signal asks for an end between frames. */
@@ -133,7 +137,10 @@ static bool make_all(SkinRun *run, Err *err)
     SequenceStep step = SEQUENCE_END;
     bool ok = true;
     while (ok && !stop_signal() && (step = sequence_next(&run->sequence, frame, err)) == SEQUENCE_FRAME) {
-        ok = make_frame(run, frame, err);
+        Grid g;
+        grid_init(&g, 1);
+        ok = make_frame(run, frame, &g, err);
+        grid_free(&g);
         run->done += ok;
         console_progress(&run->console, run->done, int_max(sequence_length(&run->sequence), 0));
     }
@@ -144,34 +151,43 @@ static bool make_all(SkinRun *run, Err *err)
 /* --- the run ------------------------------------------------------------------------------------------------------------ */
 
 /* --frames N: 1 to N; A-B as it stands. */
-static bool open_numbers(SkinRun *run, Err *err)
+static bool open_numbers(const SkinRun *run, Sequence *out, Err *err)
 {
     const char *text = option_text(run->options, SKIN_FRAMES);
     FrameRange r;
     if (!text) return fail(err, ERR_USAGE, "--to: --frames N is missing, the number of frames that the metamorphosis is to take");
     if (!frame_range_parse(text, &r, err)) return false;
     if (r.first == r.last) r.first = 1;
-    return sequence_open_numbers(&run->sequence, option_text(run->options, SKIN_TO), r.first, r.last, NULL, err);
+    return sequence_open_numbers(out, option_text(run->options, SKIN_TO), r.first, r.last, NULL, err);
 }
 
-static bool open_morph(SkinRun *run, Err *err)
+static bool check_morph(const Options *o, Err *err)
 {
-    const Options *o = run->options;
     if (o->noperand) return fail(err, ERR_USAGE, "--to is the target of all frames: name no others");
     if (!option_given(o, SKIN_FROM)) return fail(err, ERR_USAGE, "--to: --from is missing, the file where the metamorphosis begins");
-    return open_numbers(run, err);
+    return true;
+}
+
+/* A FieldSource's `open`: once for this command, and for mesh as often as it wants. */
+static bool open_sequence(void *maker, Sequence *out, Err *err)
+{
+    const SkinRun *run = maker;
+    const Options *o = run->options;
+    const char *frames = option_text(o, SKIN_FRAMES);
+    if (option_given(o, SKIN_TO)) return check_morph(o, err) && open_numbers(run, out, err);
+    if (run->has_scene) return sequence_open_numbers(out, run->scene.path, run->scene.first, run->scene.last, frames, err);
+    return sequence_open(out, o->noperand, o->operand, frames, skin_is_known, err);
 }
 
 static bool open_frames(SkinRun *run, Err *err)
 {
     const Options *o = run->options;
-    const char *frames = option_text(o, SKIN_FRAMES);
-    if (option_given(o, SKIN_TO)) return open_morph(run, err);
-    if (o->noperand == 0) return fail(err, ERR_USAGE, "no target is named: give files, a pattern such as parts.####.vdb, a folder, -, a scene, or --from and --to");
-    run->has_scene = o->noperand == 1 && scene_is_known(o->operand[0]);
-    if (!run->has_scene) return sequence_open(&run->sequence, o->noperand, o->operand, frames, skin_is_known, err);
-    if (!scene_load(o->operand[0], &run->scene, err)) return false;
-    return sequence_open_numbers(&run->sequence, run->scene.path, run->scene.first, run->scene.last, frames, err);
+    if (o->noperand == 0 && !option_given(o, SKIN_TO)) return fail(err, ERR_USAGE, "no target is named: give files, a pattern such as parts.####.vdb, a folder, -, a scene, or --from and --to");
+    if (o->noperand == 1 && scene_is_known(o->operand[0])) {
+        if (!scene_load(o->operand[0], &run->scene, err)) return false;
+        run->has_scene = true;
+    }
+    return open_sequence(run, &run->sequence, err);
 }
 
 static bool open_ends(SkinRun *run, Err *err)
@@ -187,15 +203,22 @@ static bool open_ends(SkinRun *run, Err *err)
     return run->to != NULL;
 }
 
+static bool check_outputs(SkinRun *run, Err *err)
+{
+    const Options *o = run->options;
+    run->pattern = option_text(o, SKIN_OUTPUT);
+    if (!run->pattern && !option_given(o, SKIN_MESH)) return fail(err, ERR_USAGE, "-o PATTERN is missing: give the names of the files, such as -o skin.####.vdb, or --mesh PREFIX");
+    if (run->pattern && !volume_can_write(run->pattern)) return fail(err, ERR_USAGE, "--output %.400s: volumes are written as .vdb, .npy or .exr; end the name so", run->pattern);
+    if (run->nbehind && !option_given(o, SKIN_MESH)) return fail(err, ERR_USAGE, "what stands behind -- is for --mesh, which is missing");
+    return true;
+}
+
 static bool skin_open(SkinRun *run, Err *err)
 {
     char first[FRAME_PATH_MAX];
-    run->pattern = option_text(run->options, SKIN_OUTPUT);
-    if (!run->pattern) return fail(err, ERR_USAGE, "-o PATTERN is missing: give the names of the files, such as -o skin.####.vdb");
-    if (!volume_can_write(run->pattern)) return fail(err, ERR_USAGE, "--output %.400s: volumes are written as .vdb, .npy or .exr; end the name so", run->pattern);
-    if (!open_frames(run, err)) return false;
+    if (!check_outputs(run, err) || !open_frames(run, err)) return false;
     run->alone = sequence_length(&run->sequence) == 1;
-    return pattern_name(run->pattern, 1, run->alone, first, err) && open_ends(run, err);
+    return (!run->pattern || pattern_name(run->pattern, 1, run->alone, first, err)) && open_ends(run, err);
 }
 
 static void skin_close(SkinRun *run)
@@ -207,6 +230,66 @@ static void skin_close(SkinRun *run)
     if (run->has_scene) scene_free(&run->scene);
 }
 
+/* --- meshes of it ------------------------------------------------------------------------------------------------------- */
+
+/* A FieldSource's `next`. */
+static bool next_field(void *maker, const Frame *frame, Field *out, Err *err)
+{
+    Grid g;
+    grid_init(&g, 1);
+    bool ok = make_frame(maker, frame, &g, err) && field_build(out, &g, &(FieldSpec){.inside_below = true}, err);
+    grid_free(&g);
+    return ok;
+}
+
+/* The job of `mesh -o PREFIX` with the options behind `--`. `prefix`: --output=PREFIX, which the job borrows from. */
+static bool mesh_job(SkinRun *run, char *prefix, MeshJob *job, Options *o, Err *err)
+{
+    char frames[] = "skin"; /* stands for them */
+    char **argv = NEW(char *, run->nbehind + 2);
+    argv[0] = frames;
+    for (int i = 0; i < run->nbehind; i++) argv[1 + i] = run->behind[i];
+    argv[run->nbehind + 1] = prefix;
+    bool ok = options_parse(o, run->nbehind + 2, argv, err) && job_make(job, o, err);
+    mem_free(argv);
+    if (!ok) return false;
+    if (o->noperand > 1 || job->frames || job->resume || job->start_from || job->follow)
+        return fail(err, ERR_USAGE, "--mesh: the frames are the skin's; --frames, --follow, --resume and --start-from do not go behind --");
+    job->source = (FieldSource){open_sequence, next_field, run};
+    job->threads = thread_count();
+    job->loudness = run->console.loudness;
+    return true;
+}
+
+/* The skin moves in the thread that reads ahead, while the frame before is solved. */
+static int skin_mesh(SkinRun *run, Err *err)
+{
+    const char *text = option_text(run->options, SKIN_MESH);
+    size_t size = strlen(text) + sizeof "--output=";
+    char *prefix = NEW(char, size);
+    snprintf(prefix, size, "--output=%s", text);
+    Run mesh = {0};
+    Options o = {0};
+    bool ok = mesh_job(run, prefix, &mesh.job, &o, err);
+    int status = ok ? run_job(&mesh, &o) : (int)err->code;
+    job_free(&mesh.job);
+    options_free(&o);
+    mem_free(prefix);
+    return status;
+}
+
+static int say_end(SkinRun *run, bool ok, Err *err)
+{
+    if (ok && run->done == 0 && !stop_signal()) ok = fail(err, ERR_INPUT, "there were no frames to read");
+    if (!ok && err->code == ERR_USAGE) fprintf(stderr, "twinmesh skin: %s\n", err->text);
+    else if (!ok) console_problem(&run->console, "%s", err->text);
+    if (ok && stop_signal()) {
+        console_problem(&run->console, "stopped by a signal; %d finished frames are kept", run->done);
+        return 128 + stop_signal();
+    }
+    return ok ? 0 : (int)err->code;
+}
+
 static int skin_run(SkinRun *run)
 {
     Err err = {0};
@@ -214,38 +297,41 @@ static int skin_run(SkinRun *run)
     run->console = console_make(option_given(o, SKIN_QUIET) ? LOUD_QUIET : option_given(o, SKIN_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL);
     thread_set_count(option_given(o, SKIN_THREADS) ? option_int(o, SKIN_THREADS) : thread_hardware_count());
     run->reading = skin_reading(o);
-    bool ok = skin_open(run, &err) && make_all(run, &err);
-    if (ok && run->done == 0 && !stop_signal()) ok = fail(&err, ERR_INPUT, "there were no frames to read");
-    console_clear(&run->console);
-    skin_close(run);
-    if (!ok && err.code == ERR_USAGE) fprintf(stderr, "twinmesh skin: %s\n", err.text);
-    else if (!ok) console_problem(&run->console, "%s", err.text);
-    if (ok && stop_signal()) {
-        console_problem(&run->console, "stopped by a signal; %d finished frames are kept", run->done);
-        return 128 + stop_signal();
+    int status;
+    bool ok = skin_open(run, &err);
+    if (ok && option_given(o, SKIN_MESH)) {
+        status = skin_mesh(run, &err);
+        if (err.code != ERR_NONE) fprintf(stderr, "twinmesh skin: %s\n", err.text);
+    } else {
+        ok = ok && make_all(run, &err);
+        console_clear(&run->console);
+        status = say_end(run, ok, &err);
     }
-    return ok ? 0 : (int)err.code;
+    skin_close(run);
+    return status;
 }
 
 int skin_command(int argc, char **argv)
 {
     Options options;
     Err err;
-    int status = 0;
-    if (!options_parse_by(&options, &skin_options, argc, argv, &err)) {
+    int status = 0, own = 0;
+    while (own < argc && strcmp(argv[own], "--") != 0) own++;
+    if (!options_parse_by(&options, &skin_options, own, argv, &err)) {
         fprintf(stderr, "twinmesh skin: %s\n", err.text);
         status = (int)err.code;
     } else if (option_given(&options, SKIN_HELP)) {
         puts("twinmesh skin FRAME... -o PATTERN\n"
-             "twinmesh skin --from FILE --to FILE --frames N -o PATTERN\n\n"
+             "twinmesh skin --from FILE --to FILE --frames N -o PATTERN\n"
+             "twinmesh skin ... --mesh PREFIX [-- OPTION OF MESH...]\n\n"
              "Moves a skin towards particles, grids or a scene, frame by frame, with surface tension, and writes it as a\n"
              "sequence of level sets, each named on standard output when it is finished. FRAME is what `mesh` takes, or\n"
-             "particles: .ply, .npy (n x 3), or a point grid of a .vdb.");
+             "particles: .ply, .npy (n x 3), or a point grid of a .vdb. With --mesh the skin is followed at once.");
         options_print_table(stdout, &skin_options);
     } else if (option_given(&options, SKIN_VERSION)) {
         puts("twinmesh " TWINMESH_VERSION);
     } else {
-        SkinRun run = {.options = &options};
+        SkinRun run = {.options = &options, .nbehind = int_max(argc - own - 1, 0), .behind = argv + int_min(own + 1, argc)};
         status = skin_run(&run);
     }
     options_free(&options);

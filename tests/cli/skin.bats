@@ -121,3 +121,19 @@ expect() { # status, words on standard error...
     expect 3 "parts.0003.ply"
     [ -s skin.0002.vdb ] && [ ! -e skin.0003.vdb ]
 }
+
+@test "--mesh makes the meshes that the pipe makes, without grids" {
+    "$twinmesh" skin 'parts.####.ply' --radius 0.1 -o skin.####.vdb -q | "$twinmesh" mesh - -o pipe --format ply -q
+    rm skin.*
+    skin 'parts.####.ply' --radius 0.1 --mesh at-once -q -- --format ply
+    expect 0
+    for frame in 1 2 3 4; do cmp pipe.geometric.000$frame.ply at-once.geometric.000$frame.ply; done
+    [ -z "$(ls skin* 2>/dev/null)" ]
+    skin 'parts.####.ply' --radius 0.1 --mesh other -q -- --resume
+    expect 2 "--resume"
+    skin 'parts.####.ply' --radius 0.1 -o skin.####.vdb -- --format ply
+    expect 2 "--mesh, which is missing"
+    skin --from "$scenes/gi98-figure6-from.json" --to "$scenes/gi98-figure6-to.json" --frames 3 --voxel 0.2 --mesh morph -q -- --format ply
+    expect 0
+    [ -s morph.geometric.0003.ply ] || ls
+}
