@@ -37,8 +37,9 @@ int thread_hardware_count(void)
 
 void thread_set_count(int n)
 {
-    ASSERT(pool.running == 0);
-    pool.want = int_clamp(n, 1, THREAD_MAX);
+    n = int_clamp(n, 1, THREAD_MAX);
+    ASSERT(pool.running == 0 || n == pool.want);
+    pool.want = n;
 }
 
 int thread_count(void) { return pool.want; }

@@ -9,7 +9,7 @@
 typedef void ParallelFn(void *ctx, int begin, int end);
 void parallel_for(int n, int grain, ParallelFn *fn, void *ctx);
 void thread_alone(void);
-void thread_set_count(int n); /* 1 ... 256; before the first parallel_for */
+void thread_set_count(int n); /* 1 ... 256; before the first parallel_for, later only the same again */
 int thread_count(void);
 int thread_hardware_count(void);
 void thread_shutdown(void);   /* ends the workers; idempotent */

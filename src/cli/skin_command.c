@@ -245,7 +245,7 @@ static bool next_field(void *maker, const Frame *frame, Field *out, Err *err)
 /* The job of `mesh -o PREFIX` with the options behind `--`. `prefix`: --output=PREFIX, which the job borrows from. */
 static bool mesh_job(SkinRun *run, char *prefix, MeshJob *job, Options *o, Err *err)
 {
-    char frames[] = "skin"; /* stands for them */
+    static char frames[] = "skin"; /* stands for them, for as long as the options do */
     char **argv = NEW(char *, run->nbehind + 2);
     argv[0] = frames;
     for (int i = 0; i < run->nbehind; i++) argv[1 + i] = run->behind[i];
