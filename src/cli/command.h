@@ -8,3 +8,5 @@ int mesh_command(int argc, char **argv);
 int field_command(int argc, char **argv);
 int skin_command(int argc, char **argv);
 int info_command(int argc, char **argv);
+int check_command(int argc, char **argv);
+int diff_command(int argc, char **argv);
