@@ -98,7 +98,7 @@ $(B)/tests/seeds $(B)/tests/hostile: $(LIB) $(B)/flags
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
 
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
-$(PAPERS) $(B)/tests/isolated: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
+$(PAPERS) $(B)/tests/isolated $(B)/tests/skin: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
@@ -142,7 +142,7 @@ endif
 
 bench:
 	@.ci/deps $(BUILD_PACKAGES)
-	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
+	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh $(B)/tests/skin
 	@tests/bench/bench.sh $(B)
 
 # The papers' tables and sharp figures, by the scenes in data-samples/scenes: three minutes.

@@ -61,12 +61,19 @@ typedef enum DiffOptionId {
     DIFF_OPTION_COUNT
 } DiffOptionId;
 
+typedef enum SkinOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) SKIN_##id,
+#include "cli/skin.def"
+    SKIN_OPTION_COUNT
+} SkinOptionId;
+
 typedef struct OptionTable {
     const char *command;
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */

@@ -22,6 +22,7 @@ typedef struct Grid {
     int ncomp;            /* 1, or 3 for vectors */
     int staggered;        /* 3 components: component k sits half a voxel towards -k (a MAC grid) */
     int lo[3], hi[3];     /* the active bounding box, inclusive; lo > hi: nothing is active */
+    bool narrow;          /* a narrow-band level set: only samples nearer to 0 than the background are active */
     float background[3];
     int nblock, capblock;
     int (*origin)[3];     /* [nblock] first sample of the block, a multiple of 8 */

@@ -15,8 +15,8 @@ static float half_to_float(uint16_t h)
     return (float)(h & 0x8000 ? -v : v);
 }
 
-/* One sample from its bytes, lowest first in `bits` whatever the order in the file or the machine. */
-static float dense_sample(DenseType type, const uint8_t *p)
+/* Lowest first in `bits` whatever the order in the file or the machine. */
+float dense_sample(DenseType type, const uint8_t *p)
 {
     uint64_t bits = 0;
     for (int i = 0; i < type.size; i++) bits |= (uint64_t)p[type.big_endian ? type.size - 1 - i : i] << 8 * i;

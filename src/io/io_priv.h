@@ -67,6 +67,9 @@ typedef struct DenseShape {
     bool x_fastest; /* else z is */
 } DenseShape;
 
+/* One sample from its bytes. */
+float dense_sample(DenseType type, const uint8_t *p);
+
 enum { DENSE_SIDE_MAX = 1 << 20 };
 
 /* Each fills an empty grid of 1 or 3 components (the components of a sample one behind the other) with what is left of
