@@ -36,6 +36,8 @@ typedef struct Grid {
 void grid_init(Grid *g, int ncomp);
 void grid_free(Grid *g);
 bool grid_is_empty(const Grid *g);
+/* Room for so many blocks in all, which need not come. */
+void grid_reserve(Grid *g, int nblock);
 /* A new block, or the one that is there already; NULL where the origin lies beyond +-2^20. */
 float *grid_add_block(Grid *g, int x, int y, int z);
 void grid_add_tile(Grid *g, GridTile tile);

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -10,6 +11,7 @@
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/uio.h>
 #include <sys/wait.h>
 #include <time.h>
 #include <unistd.h>
@@ -66,7 +68,7 @@ static bool wire_send(Wire *w, const void *data, size_t size)
     return !w->failed;
 }
 
-static bool wire_flush(Wire *w)
+bool wire_flush(Wire *w)
 {
     size_t n = w->held;
     w->held = 0;
@@ -170,6 +172,14 @@ static void die_of_faults(void)
     for (size_t i = 0; i < sizeof fault / sizeof *fault; i++) signal(fault[i], SIG_DFL);
 }
 
+/* What one file's grids took serves the next one's: pages that are there already cost nothing. A process that grew large is
+ * not kept. */
+static void hold_on_to_memory(void)
+{
+    mallopt(M_MMAP_THRESHOLD, 1 << 25); /* the most that glibc takes */
+    mallopt(M_TRIM_THRESHOLD, 1 << 28);
+}
+
 static _Noreturn void read_for(int fd, pid_t parent)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -177,6 +187,7 @@ static _Noreturn void read_for(int fd, pid_t parent)
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
     die_of_faults();
     offer_to_be_killed();
+    hold_on_to_memory();
     isolate_ungrant();
     remote_serve(&(Wire){.fd = fd, .left_s = INFINITY});
     _exit(0);
@@ -219,10 +230,15 @@ static bool take_order(int from, int *wire, int *fate)
     return true;
 }
 
+static void tell(int fate, int what)
+{
+    if (write(fate, &what, sizeof what) < 0) { /* who would read it is gone */
+    }
+}
+
 static void tell_fate(int fate, int status)
 {
-    if (write(fate, &status, sizeof status) < 0) { /* who would read it is gone */
-    }
+    tell(fate, status);
     close(fate);
 }
 
@@ -242,6 +258,7 @@ static void start_child(Server *s, int wire, int fate)
         tell_fate(fate, NO_PROCESS);
         return;
     }
+    tell(fate, pid);
     RESERVE(s->child, s->capchild, s->nchild + 1);
     s->child[s->nchild++] = (Child){pid, fate};
 }
@@ -395,7 +412,7 @@ ReaderProcess *process_start(Err *err)
     if (p && poll(&(struct pollfd){p->wire.fd, POLLIN, 0}, 1, 0) == 0) return p;
     process_end(p); /* it died as it waited */
     p = NEW(ReaderProcess, 1);
-    *p = (ReaderProcess){.wire.fd = -1, .fate = -1};
+    *p = (ReaderProcess){.wire = {.fd = -1}, .fate = -1};
     if (process_fork(p)) return p;
     fail(err, ERR_RESOURCE, "no process could be had to read files (%s); start the program again", strerror(errno));
     process_end(p);
@@ -416,15 +433,39 @@ void process_allow(ReaderProcess *p, int64_t bytes) { p->wire.left_s = limits.se
 
 bool process_can_hold(int64_t bytes, int64_t count, size_t size) { return count >= 0 && count <= memory_for(bytes) / (int64_t)size; }
 
+/* What the server tells of it next. */
+static bool hear(ReaderProcess *p, int *what)
+{
+    Wire fate = {.fd = p->fate, .left_s = FATE_WAIT_S};
+    return wire_wait(&fate, POLLIN) && read(p->fate, what, sizeof *what) == (ssize_t)sizeof *what;
+}
+
+static bool hear_pid(ReaderProcess *p)
+{
+    if (p->pid == 0 && !hear(p, &p->pid)) p->pid = NO_PROCESS;
+    return p->pid != NO_PROCESS;
+}
+
+bool process_copy(ReaderProcess *p, uint64_t address, void *to, size_t size)
+{
+    size_t done = 0;
+    if (!hear_pid(p)) return false;
+    while (done < size) {
+        struct iovec here = {(char *)to + done, size - done}, there = {(void *)(uintptr_t)(address + done), size - done};
+        ssize_t n = process_vm_readv(p->pid, &here, 1, &there, 1, 0);
+        if (n <= 0) return false;
+        done += (size_t)n;
+    }
+    return true;
+}
+
 bool process_fail(ReaderProcess *p, const char *path, Err *err)
 {
     int status = 0;
     if (p->wire.late)
         return fail(err, ERR_INPUT, "%.600s: reading it took too long and was given up; write or copy the file again, or look after the disk it is on", path);
-    Wire fate = {.fd = p->fate, .left_s = FATE_WAIT_S};
-    struct pollfd end = {p->fate, POLLIN, 0};
-    bool told = wire_wait(&fate, POLLIN) && poll(&end, 1, 0) == 1 && read(p->fate, &status, sizeof status) == (ssize_t)sizeof status;
-    if (told && status == NO_PROCESS)
+    bool forked = hear_pid(p), told = forked && hear(p, &status);
+    if (!forked)
         return fail(err, ERR_RESOURCE, "%.600s: no process could be had to read it; end others, or raise their limit (ulimit -u)", path);
     if (told && WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
         return fail(err, ERR_RESOURCE, "%.600s: the process that read it was killed (signal %d), perhaps as the system was out of memory; read it where there is more",

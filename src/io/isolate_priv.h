@@ -17,12 +17,14 @@ typedef struct Wire {
 
 bool wire_put(Wire *w, const void *data, size_t size);
 bool wire_get(Wire *w, void *to, size_t size);
+bool wire_flush(Wire *w);
 
 /* --- in the program ------------------------------------------------------------------------------ */
 
 typedef struct ReaderProcess {
     Wire wire;
-    int fate; /* a pipe: how the process ended */
+    int fate; /* a pipe: the process's number, and how it ended */
+    int pid;  /* 0: not asked for yet */
 } ReaderProcess;
 
 bool isolate_is_on(void);
@@ -34,6 +36,8 @@ void process_end(ReaderProcess *p);
 void process_keep(ReaderProcess *p);
 /* Gives it as long as `bytes` of file may take for what comes next. */
 void process_allow(ReaderProcess *p, int64_t bytes);
+/* Copies from its memory, where the system allows that. */
+bool process_copy(ReaderProcess *p, uint64_t address, void *to, size_t size);
 /* Says what became of a process that does not answer. Always false. */
 bool process_fail(ReaderProcess *p, const char *path, Err *err);
 /* Whether a process that reads `bytes` of file may hold so many items. */

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-enum { TEXT_MAX = 1 << 16, COORD_LIMIT = 1 << 20, KEEP_BYTES = 1 << 26 };
+enum { TEXT_MAX = 1 << 16, COORD_LIMIT = 1 << 20, KEEP_BYTES = 1 << 26, DIRECT_LEAST = 1 << 15 };
 
 typedef struct RemoteFile {
     VolumeFile base;
@@ -84,6 +84,27 @@ static bool get_request(Wire *w, Request *r)
     return true;
 }
 
+/* --- arrays ------------------------------------------------------------------------------------------ */
+
+/* A large array is copied out of this process's memory, once, where the system allows that; else it is sent. */
+static bool put_array(Wire *w, const void *data, size_t size)
+{
+    uint64_t address = (uint64_t)(uintptr_t)data;
+    uint8_t taken = 0;
+    if (size < DIRECT_LEAST) return wire_put(w, data, size);
+    if (!wire_put(w, &address, sizeof address) || !wire_get(w, &taken, 1)) return false;
+    return taken || wire_put(w, data, size);
+}
+
+static bool get_array(ReaderProcess *p, void *to, size_t size)
+{
+    uint64_t address;
+    if (size < DIRECT_LEAST) return wire_get(&p->wire, to, size);
+    if (!wire_get(&p->wire, &address, sizeof address)) return false;
+    uint8_t taken = process_copy(p, address, to, size);
+    return wire_put(&p->wire, &taken, 1) && (taken ? wire_flush(&p->wire) : wire_get(&p->wire, to, size));
+}
+
 /* --- where the file is read ---------------------------------------------------------------------------- */
 
 static bool put_grid(Wire *w, const Grid *g)
@@ -92,9 +113,9 @@ static bool put_grid(Wire *w, const Grid *g)
     memcpy(h.lo, g->lo, sizeof h.lo);
     memcpy(h.hi, g->hi, sizeof h.hi);
     memcpy(h.background, g->background, sizeof h.background);
-    return wire_put(w, &h, sizeof h) && wire_put(w, g->origin, (size_t)g->nblock * sizeof *g->origin) &&
-           wire_put(w, g->value, (size_t)g->nblock * (size_t)g->ncomp * GRID_CELLS * sizeof *g->value) &&
-           wire_put(w, g->tile, (size_t)g->ntile * sizeof *g->tile);
+    return wire_put(w, &h, sizeof h) && put_array(w, g->origin, (size_t)g->nblock * sizeof *g->origin) &&
+           put_array(w, g->value, (size_t)g->nblock * (size_t)g->ncomp * GRID_CELLS * sizeof *g->value) &&
+           put_array(w, g->tile, (size_t)g->ntile * sizeof *g->tile);
 }
 
 static bool answer_grid(Wire *w, VolumeFile *f, int32_t i)
@@ -200,25 +221,22 @@ static bool is_tile(const GridTile *t)
 /* Room for the blocks at once, each entered as if it came from a file; then their samples into it. */
 static bool get_blocks(RemoteFile *r, int n, Grid *out, Err *err)
 {
-    Wire *w = &r->process->wire;
     size_t size = (size_t)out->ncomp * GRID_CELLS * sizeof(float);
     if (n == 0) return true;
-    out->capblock = n;
-    out->origin = mem_alloc((size_t)n, sizeof *out->origin);
-    out->value = mem_alloc((size_t)n, size);
+    grid_reserve(out, n);
     map_init(&out->block_at, n);
-    if (!wire_get(w, out->origin, (size_t)n * sizeof *out->origin)) return process_fail(r->process, r->base.path, err);
+    if (!get_array(r->process, out->origin, (size_t)n * sizeof *out->origin)) return process_fail(r->process, r->base.path, err);
     for (int b = 0; b < n; b++) {
         const int *o = out->origin[b];
         if (!grid_add_block(out, o[0], o[1], o[2]) || out->nblock != b + 1) return nonsense(r, err);
     }
-    return wire_get(w, out->value, (size_t)n * size) || process_fail(r->process, r->base.path, err);
+    return get_array(r->process, out->value, (size_t)n * size) || process_fail(r->process, r->base.path, err);
 }
 
 static bool get_tiles(RemoteFile *r, int n, Grid *out, Err *err)
 {
     GridTile *tile = NEW(GridTile, n);
-    bool ok = wire_get(&r->process->wire, tile, (size_t)n * sizeof *tile), sound = true;
+    bool ok = get_array(r->process, tile, (size_t)n * sizeof *tile), sound = true;
     for (int i = 0; ok && sound && i < n; i++) {
         sound = is_tile(&tile[i]);
         if (sound) grid_add_tile(out, tile[i]);
