@@ -112,14 +112,18 @@ static void sync_folder(const char *path)
     mem_free(folder);
 }
 
+/* A write that failed before and was not looked at counts as well. */
+static bool flush(FILE *stream)
+{
+    if (!ferror(stream)) return fflush(stream) == 0;
+    errno = EIO;
+    return false;
+}
+
 /* Devices and some network file systems cannot sync: that is no failure. */
 static bool flush_and_sync(FILE *stream)
 {
-    if (ferror(stream)) {
-        errno = EIO;
-        return false;
-    }
-    if (fflush(stream) != 0) return false;
+    if (!flush(stream)) return false;
     return fsync(fileno(stream)) == 0 || errno == EINVAL || errno == ENOTSUP || errno == ENOSYS;
 }
 
@@ -137,7 +141,7 @@ uint64_t outfile_length(const OutFile *f)
 bool outfile_append(OutFile *f, OutFile *from, Err *err)
 {
     enum { BLOCK = 1 << 20 };
-    if (fflush(from->stream) != 0) return outfile_fail(from, err);
+    if (!flush(from->stream)) return outfile_fail(from, err);
     uint8_t *block = NEW(uint8_t, BLOCK);
     bool good = true;
     ssize_t n = 0;

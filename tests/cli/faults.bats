@@ -32,12 +32,14 @@ expect() { # status, words on standard error...
     for word in "$@"; do [[ $stderr == *"$word"* ]] || { echo "no '$word' in: $stderr"; return 1; }; done
 }
 
-one_sentence() { [ "$(printf '%s\n' "$stderr" | wc -l)" -eq 1 ] && [[ $stderr == twinmesh* ]] || { echo "said: $stderr"; return 1; }; }
+# One, but for what can be done about it.
+one_sentence() {
+    [ "$(grep -vc -e '--resume goes on' <<<"$stderr")" -eq 1 ] && [[ $stderr == twinmesh* ]] || { echo "said: $stderr"; return 1; }
+}
 
-# Meshes are those of a good run, the others can be read to their end; no part is left.
+# Meshes are those of a good run, the others can be read to their end.
 all_whole() {
     local file
-    [ -z "$(find . -name '*.part')" ] || { echo "left: $(ls)"; return 1; }
     for file in out.*; do
         case $file in
             *.ply) cmp "$file" "$good/$file" || return 1 ;;
@@ -47,14 +49,27 @@ all_whole() {
     done
 }
 
+# The same command with --resume ends as if nothing had happened.
+goes_on() {
+    mesh --resume
+    expect 0 || return 1
+    local file
+    for file in "$good"/out.*; do
+        [[ $file == *timings* ]] || cmp "$file" "${file##*/}" || return 1
+    done
+    [ "$(ls -d out.*)" = "$(cd "$good" && ls -d out.*)" ] || { echo "left: $(ls)"; return 1; }
+}
+
+calls="1 2 3 4 5 6 8 11 15 20 27 36 48 64 85 113 150 200"
+
 # Calls of a function in turn, the later ones further apart, until there are no more.
 each_call() { # function, what a failure must be
     local n failed=0
-    for n in 1 2 3 4 5 6 8 11 15 20 27 36 48 64 85 113 150 200; do
+    for n in $calls; do
         faulty "$1:$n"
         [ "$status" -eq 0 ] && break
         failed=$n
-        { "$2" && all_whole; } || { echo "at call $n of $1"; return 1; }
+        { "$2" && all_whole && [ -z "$(find . -name '*.new')" ] && goes_on; } || { echo "at call $n of $1"; return 1; }
         rm -f out.*
     done
     [ "$failed" -gt 0 ]
@@ -72,18 +87,34 @@ no_memory() { expect 5 "memory" && one_sentence; }
     for n in 1 2 3 5 7 9 11; do
         faulty "fsync:$n"
         [ "$status" -eq 0 ] || cannot_write || return 1
-        all_whole || return 1
+        all_whole && goes_on || return 1
         rm -f out.*
     done
 }
 @test "no file can be named" { each_call rename cannot_write; }
+
+@test "killed at every step to the disk" {
+    local function n killed
+    for function in fwrite fflush fsync rename remove; do
+        killed=0
+        for n in $calls; do
+            faulty "$function:$n:kill"
+            [ "$status" -eq 0 ] && break
+            [ "$status" -eq 137 ]
+            killed=$n
+            { all_whole && goes_on; } || { echo "at call $n of $function"; return 1; }
+            rm -f out.*
+        done
+        [ "$killed" -gt 3 ]
+    done
+}
 
 @test "files may only grow so large" {
     local k
     for k in 1 4 16 64 256; do
         run --separate-stderr bash -c "ulimit -f $k && '$twinmesh' mesh $options balls.0001.npy balls.0002.npy"
         [ "$status" -eq 0 ] || { expect 4 "size limit" && one_sentence; } || return 1
-        all_whole || return 1
+        all_whole && goes_on || return 1
         rm -f out.*
     done
 }
@@ -111,8 +142,8 @@ no_memory() { expect 5 "memory" && one_sentence; }
     for n in 1 3 8 21 55 144 377; do
         faulty "realloc:$n"
         [ "$status" -eq 0 ] && break
-        expect 5 "memory" || return 1
-        rm -f out.* # a run that ends so leaves its parts
+        expect 5 "memory" && goes_on || return 1
+        rm -f out.*
     done
     [ "$n" -gt 1 ]
 }
@@ -121,7 +152,8 @@ no_memory() { expect 5 "memory" && one_sentence; }
     rm balls.0002.npy
     mesh
     expect 3 "balls.0002.npy" && all_whole && [ -e out.geometric.0001.ply ]
-    rm -f out.*
+    cp "$samples/balls.0002.npy" . && goes_on
+    rm -f out.* balls.0002.npy
     mesh --on-error skip
     expect 0 "skipped" && all_whole && [ ! -e out.geometric.0002.ply ]
     rm -f out.*
@@ -149,6 +181,6 @@ no_memory() { expect 5 "memory" && one_sentence; }
     status=0
     wait $pid || status=$?
     exec 9>&-
-    [ "$status" -eq 130 ] && grep -q "1 finished frames are kept" err && all_whole && [ -e out.geometric.glb ]
+    [ "$status" -eq 130 ] && grep -q "1 frame is finished" err && all_whole && [ -e out.geometric.glb ]
     [ -z "$(ps -o pid= --ppid $pid)" ]
 }

@@ -1,8 +1,9 @@
 /* Makes one call fail: FAULT=NAME:N, the N-th call of a function in a process, with the error that it would have
- * on a bad day; NAME:N:abort ends the process there. For LD_PRELOAD. */
+ * on a bad day; NAME:N:abort ends the process there, NAME:N:kill without a chance to say anything. For LD_PRELOAD. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -21,6 +22,7 @@ static bool is_due(const char *name, atomic_int *calls)
     long at = strtol(fault + n + 1, &rest, 10);
     if (++*calls != at) return false;
     if (strcmp(rest, ":abort") == 0) abort();
+    if (strcmp(rest, ":kill") == 0) raise(SIGKILL);
     return true;
 }
 
@@ -42,6 +44,14 @@ int rename(const char *from, const char *to)
 {
     REAL(int, rename, const char *, const char *);
     if (!due) return real(from, to);
+    errno = EACCES;
+    return -1;
+}
+
+int remove(const char *path)
+{
+    REAL(int, remove, const char *);
+    if (!due) return real(path);
     errno = EACCES;
     return -1;
 }
