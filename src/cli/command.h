@@ -7,3 +7,4 @@ int command_run(int argc, char **argv);
 int mesh_command(int argc, char **argv);
 int field_command(int argc, char **argv);
 int info_command(int argc, char **argv);
+int farm_command(int argc, char **argv);

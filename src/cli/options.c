@@ -24,11 +24,23 @@ static const OptionSpec field_table[] = {
 static const OptionSpec info_table[] = {
 #include "cli/info.def"
 };
-_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT, "Options has room for the largest table");
+/* farm takes what mesh takes, in the same places. */
+static const OptionSpec farm_table[] = {
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#include "cli/options.def"
+#define SECTION(heading)
+#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#include "cli/farm.def"
+};
+_Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT, "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
 const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
+const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
 
@@ -257,4 +269,9 @@ void options_print_table(FILE *out, const OptionTable *table)
 {
     fputc('\n', out);
     for (int i = 0; i < table->count; i++) print_option(out, &table->spec[i]);
+}
+
+void farm_print_options(FILE *out)
+{
+    options_print_table(out, &(OptionTable){"farm", FARM_OPTION_COUNT - OPTION_COUNT, farm_table + OPTION_COUNT});
 }
