@@ -4,7 +4,7 @@ cd "$(dirname "$0")/.." || exit 1
 bad=0
 mandoc -Tlint -W warning man/*.[157] || bad=1
 
-check_command() { # mesh, field, info
+check_command() { # mesh, field, info, farm
     local page help command=$1
     page=$(mandoc -Tascii -O width=200 man/twinmesh-$command.1 | sed 's/.\x08//g')
     help=$("${TWINMESH:-build/release/twinmesh}" "$command" --help) || { bad=1; return; }
@@ -30,4 +30,5 @@ check_command() { # mesh, field, info
 check_command mesh
 check_command field
 check_command info
+check_command farm
 exit $bad

@@ -239,14 +239,32 @@ static bool give_chunk(Stitch *st, int k, Err *err)
     return true;
 }
 
+static bool open_chunk(const Stitch *st, int k, ChunkFile *c, Err *err)
+{
+    char *prefix = plan_chunk_prefix(st->plan, k);
+    bool good = chunk_open(c, prefix, err);
+    mem_free(prefix);
+    return good;
+}
+
+/* Nothing is begun before the last chunk is there. */
+static bool find_chunks(const Stitch *st, Err *err)
+{
+    bool good = true;
+    for (int k = 0; k < st->plan->nchunk && good; k++) {
+        ChunkFile c;
+        good = open_chunk(st, k, &c, err);
+        if (good) chunk_close(&c);
+    }
+    return good;
+}
+
 /* False also where a signal asked for an end. */
 static bool stitch_all(Stitch *st, Err *err)
 {
     for (int k = 0; k < st->plan->nchunk; k++) {
         ChunkFile next;
-        char *prefix = plan_chunk_prefix(st->plan, k);
-        bool good = chunk_open(&next, prefix, err) && (k == 0 || join(st, &next, k, err));
-        mem_free(prefix);
+        bool good = open_chunk(st, k, &next, err) && (k == 0 || join(st, &next, k, err));
         chunk_close(&st->chunk);
         st->chunk = next;
         if (!good || !give_chunk(st, k, err)) return false;
@@ -257,6 +275,7 @@ static bool stitch_all(Stitch *st, Err *err)
 
 static bool stitch_frames(Stitch *st, const Options *o, Err *err)
 {
+    if (!find_chunks(st, err)) return false;
     if (!outputs_open(&st->out, &st->job, st->job.track.fps / (double)st->plan->step, err)) return false;
     job_echo(o, TWINMESH_VERSION, st->out.lines[LINES_REPORT].stream);
     bool good = stitch_all(st, err);
