@@ -4,7 +4,7 @@ cd "$(dirname "$0")/.." || exit 1
 bad=0
 mandoc -Tlint -W warning man/*.[157] || bad=1
 
-check_command() { # mesh, field, info, farm
+check_command() { # mesh, field, ...
     local page help command=$1
     page=$(mandoc -Tascii -O width=200 man/twinmesh-$command.1 | sed 's/.\x08//g')
     help=$("${TWINMESH:-build/release/twinmesh}" "$command" --help) || { bad=1; return; }
@@ -31,4 +31,11 @@ check_command mesh
 check_command field
 check_command info
 check_command farm
+check_command check
+check_command diff
+# Every figure of check.
+page=$(mandoc -Tascii -O width=200 man/twinmesh-check.1 | sed 's/.\x08//g')
+while read -r figure; do
+    grep -qE "^ +$figure( |\$)" <<<"$page" || { echo "man/twinmesh-check.1: the figure $figure is missing"; bad=1; }
+done < <(sed -nE 's/^FIGURE\([A-Z0-9_]+, "([a-z0-9_]+)".*/\1/p' src/check/figures.def)
 exit $bad

@@ -14,10 +14,10 @@ static const struct {
     {"skin", "animate a potential that follows particles or grids", NULL},
     {"field", "sample a scene into a grid sequence", field_command},
     {"render", "picture a mesh sequence", NULL},
-    {"check", "measure meshes against the field they came from", NULL},
+    {"check", "measure meshes against the field they came from", check_command},
     {"farm", "cut a sequence into chunks and stitch the results", farm_command},
     {"report", "a page of plots and events", NULL},
-    {"diff", "compare two meshes or sequences", NULL},
+    {"diff", "compare two meshes or sequences", diff_command},
     {"info", "what a volume or mesh file holds", info_command},
 };
 enum { COMMAND_COUNT = sizeof command / sizeof *command };

@@ -1,5 +1,7 @@
 #include "cli/console.h"
 
+#include "report/report.h"
+
 #include <stdarg.h>
 #include <stdio.h>
 #include <time.h>
@@ -19,12 +21,19 @@ Console console_make(Loudness loudness)
     return (Console){.loudness = loudness, .terminal = isatty(STDERR_FILENO), .started_s = console_clock()};
 }
 
-static void say(Console *c, const char *fmt, va_list args)
+static void say(Console *c, Loudness level, const char *fmt, va_list args)
 {
+    static const char *const name[] = {[LOUD_QUIET] = "problem", [LOUD_NORMAL] = "note", [LOUD_VERBOSE] = "detail"};
     char text[1400];
     vsnprintf(text, sizeof text, fmt, args);
     console_clear(c);
-    fprintf(stderr, "twinmesh: %s\n", text);
+    if (c->json) {
+        fprintf(stderr, "{\"level\":\"%s\",\"message\":", name[level]);
+        report_put_text(stderr, text);
+        fputs("}\n", stderr);
+    } else {
+        fprintf(stderr, "twinmesh: %s\n", text);
+    }
 }
 
 #define SAY_FROM(least)                                                                                      \
@@ -32,7 +41,7 @@ static void say(Console *c, const char *fmt, va_list args)
         if (c->loudness < (least)) return;                                                                   \
         va_list args;                                                                                        \
         va_start(args, fmt);                                                                                 \
-        say(c, fmt, args);                                                                                   \
+        say(c, least, fmt, args);                                                                                   \
         va_end(args);                                                                                        \
     } while (0)
 
@@ -49,11 +58,18 @@ static void put_time_left(double seconds)
         fprintf(stderr, "  %d:%02d left", s / 60, s % 60);
 }
 
+static void put_progress_line(int done, int total)
+{
+    fprintf(stderr, "{\"level\":\"progress\",\"done\":%d,\"total\":", done);
+    fprintf(stderr, total ? "%d}\n" : "null}\n", total);
+}
+
 void console_progress(Console *c, int done, int total)
 {
+    if (c->json && c->loudness > LOUD_QUIET) put_progress_line(done, total);
     double now = console_clock();
     bool often = c->bar_shown && now - c->shown_s < 0.1 && done != total;
-    if (!c->terminal || c->loudness == LOUD_QUIET || done == 0 || often) return;
+    if (!c->terminal || c->json || c->loudness == LOUD_QUIET || done == 0 || often) return;
     double rate = done / real_max(now - c->started_s, 1e-6);
     if (total) {
         int full = BAR_WIDTH * int_min(done, total) / total;

@@ -1,4 +1,5 @@
-/* console.h: words for people on standard error, and the progress bar, which only a terminal sees. */
+/* console.h: words for people on standard error, and the progress bar, which only a terminal sees; or both as lines of JSON
+ * for a program: {"level":"problem" | "note" | "detail","message":TEXT} and {"level":"progress","done":N,"total":N or null}. */
 #pragma once
 #include "base/base.h"
 
@@ -6,6 +7,7 @@ typedef enum Loudness { LOUD_QUIET, LOUD_NORMAL, LOUD_VERBOSE } Loudness;
 
 typedef struct Console {
     Loudness loudness;
+    bool json;
     bool terminal;         /* standard error is one */
     bool bar_shown;
     double started_s, shown_s;

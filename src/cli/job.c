@@ -1,26 +1,10 @@
 #include "cli/job.h"
 
 #include "base/thread.h"
+#include "cli/volume_options.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static void request_fill(VolumeRequest *r, const Options *o)
-{
-    *r = (VolumeRequest){
-        .grid = option_text(o, OPT_GRID),
-        .velocity = option_text(o, OPT_VELOCITY),
-        .raw_type = option_text(o, OPT_TYPE),
-        .raw_order = option_text(o, OPT_ORDER),
-    };
-    r->has_origin = option_given(o, OPT_ORIGIN);
-    for (int i = 0; i < 3; i++) {
-        r->raw_dims[i] = (int)o->value[OPT_DIMS].real[i];
-        r->spacing[i] = option_given(o, OPT_SPACING) ? o->value[OPT_SPACING].real[i] : 0;
-        r->origin[i] = o->value[OPT_ORIGIN].real[i];
-    }
-}
 
 /* "a,b,c" into names. */
 static bool attributes_fill(MeshJob *job, const Options *o, Err *err)
@@ -115,13 +99,13 @@ static bool job_check(const MeshJob *job, const Options *o, Err *err)
 
 bool job_make(MeshJob *job, const Options *o, Err *err)
 {
-    static const int side[] = {1, -1};
     *job = (MeshJob){
         .prefix = option_text(o, OPT_OUTPUT),
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
         .print = option_given(o, OPT_PRINT),
         .resume = option_given(o, OPT_RESUME),
+        .json_log = option_given(o, OPT_JSON_LOG),
         .follow = option_given(o, OPT_FOLLOW),
         .keep_state = option_given(o, OPT_KEEP_STATE),
         .start_from = option_text(o, OPT_START_FROM),
@@ -129,10 +113,11 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
                  .scale = option_real(o, OPT_SCALE)},
         .frames = option_text(o, OPT_FRAMES),
         .on_error = (OnError)option_choice(o, OPT_ON_ERROR),
-        .iso = option_given(o, OPT_ISO) ? option_real(o, OPT_ISO) : NAN,
-        .inside = option_given(o, OPT_INSIDE) ? side[option_choice(o, OPT_INSIDE)] : 0,
+        .request = volume_options_request(o),
+        .iso = volume_options_iso(o),
+        .inside = volume_options_inside(o),
         .trilinear = option_choice(o, OPT_PROJECTION) == 1,
-        .open_border = option_choice(o, OPT_BORDER) == 1,
+        .open_border = volume_options_border_is_open(o),
         .velocity_units = option_given(o, OPT_VELOCITY_UNITS)
                               ? (VelocityUnits)option_choice(o, OPT_VELOCITY_UNITS)
                               : VELOCITY_BY_GRID,
@@ -141,7 +126,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
                     : option_given(o, OPT_VERBOSE) ? LOUD_VERBOSE
                                                    : LOUD_NORMAL,
     };
-    request_fill(&job->request, o);
+    job->request.velocity = option_text(o, OPT_VELOCITY);
     track_fill(&job->track, o);
     return attributes_fill(job, o, err) && memory_fill(job, o, err) && job_check(job, o, err);
 }

@@ -40,6 +40,7 @@ typedef struct MeshJob {
     TrackSettings track;
     int threads;
     Loudness loudness;
+    bool json_log;
 } MeshJob;
 
 /* *job is not to be moved afterwards. */

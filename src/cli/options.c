@@ -4,42 +4,47 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define ROW(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                       \
+    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 const OptionSpec option_table[OPTION_COUNT] = {
 #define SECTION(heading)
-#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#define OPTION ROW
 #include "cli/options.def"
 };
 
 /* The tables of the other commands have no headings, and nothing that the report's settings hold. */
-#define SECTION(heading)
-#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#define OPTION ROW
 static const OptionSpec field_table[] = {
 #include "cli/field.def"
 };
-#define SECTION(heading)
-#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#define OPTION ROW
 static const OptionSpec info_table[] = {
 #include "cli/info.def"
 };
-/* farm takes what mesh takes, in the same places. */
-static const OptionSpec farm_table[] = {
+#define OPTION ROW
+static const OptionSpec check_table[] = {
+#include "cli/check.def"
+};
+#define OPTION ROW
+static const OptionSpec diff_table[] = {
+#include "cli/diff.def"
+};
+#define OPTION ROW
+static const OptionSpec farm_table[] = { /* what mesh takes, in the same places, and its own */
 #define SECTION(heading)
-#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
 #include "cli/options.def"
-#define SECTION(heading)
-#define OPTION(id, letter, name, kind, argument, fallback, low, high, choices, echo, help)                   \
-    {letter, name, OPTION_##kind, argument, fallback, low, high, choices, OPTION_##echo, help},
+#define OPTION ROW
 #include "cli/farm.def"
 };
-_Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT, "Options has room for the largest table");
+_Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
+                   (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
+               "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
 const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
+const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
+const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
 const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
@@ -230,6 +235,18 @@ void options_free(Options *o)
 {
     mem_free(o->operand);
     *o = (Options){0};
+}
+
+int options_find(const Options *o, const char *name)
+{
+    int id = find_long(o->table, name, strlen(name));
+    ASSERT(id != NONE);
+    return id;
+}
+
+bool options_suggest(Options *o, int id, const char *text, Err *err)
+{
+    return o->value[id].given || set_option(o, id, text, err);
 }
 
 /* --- help ----------------------------------------------------------------------------------------- */

@@ -48,6 +48,18 @@ typedef enum InfoOptionId {
 #include "cli/info.def"
     INFO_OPTION_COUNT
 } InfoOptionId;
+typedef enum CheckOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) CHECK_OPT_##id,
+#include "cli/check.def"
+    CHECK_OPTION_COUNT
+} CheckOptionId;
+typedef enum DiffOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) DIFF_##id,
+#include "cli/diff.def"
+    DIFF_OPTION_COUNT
+} DiffOptionId;
 
 /* Behind those of mesh, which it takes too. */
 typedef enum FarmOptionId {
@@ -63,7 +75,7 @@ typedef struct OptionTable {
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, farm_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, farm_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */
@@ -85,6 +97,11 @@ typedef struct Options {
 bool options_parse(Options *o, int argc, char **argv, Err *err);
 bool options_parse_by(Options *o, const OptionTable *table, int argc, char **argv, Err *err);
 void options_free(Options *o);
+
+/* The number of an option that the table is known to have, for code that serves several tables. */
+int options_find(const Options *o, const char *name);
+/* Sets an option as if it were given, unless it is. The text is borrowed. */
+bool options_suggest(Options *o, int id, const char *text, Err *err);
 
 static inline double option_real(const Options *o, int id) { return o->value[id].real[0]; }
 static inline int option_int(const Options *o, int id) { return (int)o->value[id].real[0]; }

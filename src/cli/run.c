@@ -199,9 +199,9 @@ static int say_end(Run *run, bool good, const Err *err)
     Console *c = &run->console;
     const Outputs *out = &run->out;
     if (err->code != ERR_NONE) console_problem(c, "%s", err->text);
-    if (out->nframe && run->job.loudness > LOUD_QUIET) report_summarise(stderr, &out->totals);
+    if (out->nframe && run->job.loudness > LOUD_QUIET && !c->json) report_summarise(stderr, &out->totals);
     if (stop_signal()) console_problem(c, "stopped by a signal");
-    if (out->left) console_problem(c, "%d finished frames are kept; the same command with --resume goes on", out->nframe);
+    if (out->left) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
     if (stop_signal()) return 128 + stop_signal();
     return good ? 0 : (int)err->code;
 }
@@ -210,6 +210,7 @@ int run_job(Run *run, const Options *o)
 {
     Err err = {0};
     run->console = console_make(run->job.loudness);
+    run->console.json = run->job.json_log;
     run->tracked = run->shown = NONE;
     run->frame_start_s = console_clock();
     thread_set_count(run->job.threads);

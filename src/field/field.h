@@ -80,6 +80,10 @@ int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 /* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
+/* The same of one point down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where
+ * the smooth gradient lies; but neighbours may part at a cell's face. False: lost, it stays. */
+bool field_drop(const Field *f, Vec3 *p, double reach);
+
 /* The first point of the trilinear surface on the way from *p along the unit vector `dir`, at most `reach` away: steps of a
  * quarter voxel, then a bracketed root. False, and p as it was, where there is none. */
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach);

@@ -15,6 +15,7 @@ enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 typedef struct Blend {
     const Field *a, *b;
     double t;
+    bool cell; /* a alone, down its cells' own gradients */
 } Blend;
 
 static double blend_value(const Blend *f, Vec3 p, bool *known)
@@ -27,8 +28,16 @@ static double blend_value(const Blend *f, Vec3 p, bool *known)
     return in_a && in_b ? (1 - f->t) * va + f->t * vb : in_a ? va : vb;
 }
 
+static Vec3 cell_gradient(const Field *f, Vec3 p)
+{
+    Vec3 g;
+    field_value(f, p, &g, NULL);
+    return g;
+}
+
 static Vec3 blend_gradient(const Blend *f, Vec3 p)
 {
+    if (f->cell) return cell_gradient(f->a, p);
     if (!f->b) return field_steer(f->a, p);
     bool in_a, in_b;
     field_value(f->a, p, NULL, &in_a);
@@ -89,7 +98,7 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
 
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 {
-    const Blend one = {f, NULL, 0};
+    const Blend one = {.a = f};
     const double step = CAST_STEP_VOX * f->voxel;
     bool known;
     Vec3 q = *p;
@@ -107,6 +116,15 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
         F = Fn;
     }
     return false;
+}
+
+bool field_drop(const Field *f, Vec3 *p, double reach)
+{
+    const Blend one = {.a = f, .cell = true};
+    Vec3 from = *p;
+    uint8_t status = (uint8_t)project_one(&one, p, reach);
+    if (f->exact.sample) exact_land(f, 1, &from, p, &status);
+    return status == LANDED;
 }
 
 typedef struct Job {
@@ -148,10 +166,10 @@ static int project_all(Blend blend, int n, Vec3 *p, double reach, uint8_t *statu
 
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){f, NULL, 0}, n, p, reach, status);
+    return project_all((Blend){.a = f}, n, p, reach, status);
 }
 
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){a, b, t}, n, p, reach, status);
+    return project_all((Blend){.a = a, .b = b, .t = t}, n, p, reach, status);
 }

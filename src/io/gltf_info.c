@@ -1,12 +1,8 @@
 #include "io/gltf_info.h"
 
-#include "io/bytes.h"
-#include "io/io_priv.h"
+#include "io/gltf_json_priv.h"
 
-#include <jansson.h>
 #include <string.h>
-
-static const int64_t JSON_MOST = (int64_t)1 << 28; /* bytes; a sequence of a million frames has less */
 
 typedef struct Parts {
     json_t *accessors;
@@ -16,18 +12,9 @@ typedef struct Parts {
     const char *name[64];  /* of attributes, sorted */
 } Parts;
 
-static json_t *at(json_t *array, int64_t i) { return i < 0 ? NULL : json_array_get(array, (size_t)i); }
-
-/* A whole number of an object, or NONE. */
-static int64_t whole(json_t *object, const char *key)
-{
-    json_t *v = json_object_get(object, key);
-    return json_is_integer(v) && json_integer_value(v) >= 0 ? json_integer_value(v) : NONE;
-}
-
 static int64_t accessor_count(const Parts *p, int64_t i)
 {
-    int64_t n = whole(at(p->accessors, i), "count");
+    int64_t n = gltf_whole(gltf_at(p->accessors, i), "count");
     return n == NONE ? 0 : n;
 }
 
@@ -72,13 +59,13 @@ static void note_primitive(Parts *p, json_t *primitive)
 {
     json_t *attributes = json_object_get(primitive, "attributes"), *value;
     const char *name;
-    int64_t index = whole(primitive, "indices"), position = whole(attributes, "POSITION");
+    int64_t index = gltf_whole(primitive, "indices"), position = gltf_whole(attributes, "POSITION");
     GltfRunInfo *run = run_of(p, index);
     run->vertices = accessor_count(p, position);
     run->triangles = (index == NONE ? run->vertices : accessor_count(p, index)) / 3;
     run->pieces++;
     run->targets += (int)json_array_size(json_object_get(primitive, "targets"));
-    note_bounds(p, at(p->accessors, position));
+    note_bounds(p, gltf_at(p->accessors, position));
     json_object_foreach(attributes, name, value) note_name(p, name);
 }
 
@@ -88,7 +75,7 @@ static void note_animation(Parts *p, json_t *animation)
     size_t i;
     json_array_foreach(json_object_get(animation, "samplers"), i, sampler)
     {
-        json_t *most = json_object_get(at(p->accessors, whole(sampler, "input")), "max");
+        json_t *most = json_object_get(gltf_at(p->accessors, gltf_whole(sampler, "input")), "max");
         p->info->seconds = real_max(p->info->seconds, json_number_value(json_array_get(most, 0)));
     }
 }
@@ -107,45 +94,21 @@ static void gather(Parts *p, json_t *root)
         used += (size_t)snprintf(p->info->attributes + used, sizeof p->info->attributes - used, "%s%s", n ? " " : "", p->name[n]);
 }
 
-/* Where the JSON is in the file. */
-static bool find_json(InFile *in, GltfInfo *out, int64_t *from, int64_t *size, Err *err)
-{
-    uint8_t b[20];
-    *from = 0;
-    *size = in->length;
-    if (in->length >= 20 && !infile_read(in, 0, sizeof b, b, err)) return false;
-    out->binary = in->length >= 20 && memcmp(b, "glTF", 4) == 0;
-    if (out->binary) {
-        *from = 20;
-        *size = get_u32(b + 12);
-        if (get_u32(b + 4) != 2 || get_u32(b + 16) != 0x4e4f534a || *size > in->length - 20)
-            return fail(err, ERR_INPUT, "%.600s: is no whole binary glTF 2 file; write or copy it again", in->path);
-    }
-    if (*size > JSON_MOST) return fail(err, ERR_INPUT, "%.600s: has more JSON than any glTF should; it is damaged", in->path);
-    return true;
-}
-
 bool gltf_info_read(const char *path, GltfInfo *out, Err *err)
 {
     InFile in;
-    int64_t from, size;
+    GltfJson json;
     *out = (GltfInfo){0};
     if (!infile_open(&in, path, err)) return false;
-    bool ok = find_json(&in, out, &from, &size, err);
-    char *text = ok ? NEW(char, size) : NULL;
-    ok = ok && infile_read(&in, from, (size_t)size, text, err);
+    bool ok = gltf_json_read(&in, &json, err);
     infile_close(&in);
-    json_t *root = ok ? json_loadb(text, (size_t)size, JSON_REJECT_DUPLICATES, NULL) : NULL;
-    mem_free(text);
-    if (ok && !json_is_string(json_object_get(json_object_get(root, "asset"), "version")))
-        ok = fail(err, ERR_INPUT, "%.600s: its JSON is damaged or no glTF; write or copy the file again", path);
-    if (ok) {
-        Parts parts = {.info = out};
-        gather(&parts, root);
-        mem_free(parts.run_index);
-    }
-    json_decref(root);
-    return ok;
+    if (!ok) return false;
+    Parts parts = {.info = out};
+    out->binary = json.binary;
+    gather(&parts, json.root);
+    mem_free(parts.run_index);
+    json_decref(json.root);
+    return true;
 }
 
 void gltf_info_free(GltfInfo *info)

@@ -6,7 +6,7 @@
 
 /* --- JSON ----------------------------------------------------------------------------------------- */
 
-static void put_text(FILE *out, const char *s)
+void report_put_text(FILE *out, const char *s)
 {
     if (!s) {
         fputs("null", out);
@@ -114,16 +114,16 @@ static void put_event_counts(FILE *out, const int64_t count[EVENT_KINDS])
 void report_write_settings(FILE *out, const char *version, int n, const ReportSetting *setting)
 {
     fputs("{\"program\":\"twinmesh\",\"version\":", out);
-    put_text(out, version);
+    report_put_text(out, version);
     fputs(",\"settings\":{", out);
     for (int i = 0; i < n; i++) {
         if (i) fputc(',', out);
-        put_text(out, setting[i].name);
+        report_put_text(out, setting[i].name);
         fputc(':', out);
         if (setting[i].is_number && setting[i].text)
             fputs(setting[i].text, out);
         else
-            put_text(out, setting[i].text);
+            report_put_text(out, setting[i].text);
     }
     fputs("}}\n", out);
 }
@@ -132,11 +132,11 @@ void report_write_frame(FILE *out, const char *label, FrameFate fate, const char
 {
     static const char *const name[] = {"tracked", "held", "skipped"};
     fputs("{\"frame\":", out);
-    put_text(out, label);
+    report_put_text(out, label);
     fprintf(out, ",\"fate\":\"%s\"", name[fate]);
     if (surface) {
         fputs(",\"surface\":", out);
-        put_text(out, surface);
+        report_put_text(out, surface);
     }
     if (fate == FRAME_TRACKED) {
         int64_t count[EVENT_KINDS];
@@ -258,7 +258,7 @@ static void put_point(FILE *out, Vec3 p)
 static void put_components(FILE *out, const char *since, const FrameEvents *e)
 {
     fputs(",\"kind\":\"components\",\"since\":", out);
-    put_text(out, since);
+    report_put_text(out, since);
     put_numbers(out, "before", e->nbefore, e->before);
     put_numbers(out, "after", e->nafter, e->after);
     fputs(",\"links\":[", out);
@@ -286,7 +286,7 @@ void events_write_frame(FILE *out, const char *label, const char *since, const F
 {
     for (int i = -1; i < events->nevent; i++) {
         fputs("{\"frame\":", out);
-        put_text(out, label);
+        report_put_text(out, label);
         if (i < 0) put_components(out, since, events);
         else put_event(out, events, &events->event[i]);
         fputs("}\n", out);
@@ -320,7 +320,7 @@ static void put_stages(FILE *out, const StageSeconds *seconds)
 void timings_write_frame(FILE *out, const char *label, const StageSeconds *seconds)
 {
     fputs("{\"frame\":", out);
-    put_text(out, label);
+    report_put_text(out, label);
     put_stages(out, seconds);
     fputs("}\n", out);
 }

@@ -9,6 +9,9 @@
 #include "track/track.h"
 #include <stdio.h>
 
+/* As JSON has it; NULL: null. */
+void report_put_text(FILE *out, const char *s);
+
 typedef struct ReportSetting {
     const char *name;
     const char *text;      /* NULL: null, "this was decided by the program" */

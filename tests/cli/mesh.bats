@@ -97,7 +97,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 }
 
 @test "what is not in this version says so" {
-    for option in "--format=vat" --json-log; do
+    for option in "--format=vat" --interpolation; do
         mesh balls.0001.npy $option
         expect 2 "not in this version"
     done
@@ -152,7 +152,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     [ "$(head -n 1 out.events.jsonl | cut -d, -f1-4)" = '{"frame":"0001","kind":"components","since":null,"before":[]' ]
     [ "$(grep -c '"kind":"blend"' out.events.jsonl)" -eq 1 ]
     [ "$(tail -n 1 out.report.jsonl | grep -c '"events":{"blend":1,')" -eq 1 ]
-    if command -v jq >/dev/null; then jq -e . out.events.jsonl >/dev/null; fi
+    jq -e . out.events.jsonl >/dev/null
 }
 
 @test "the surface chosen is said once, --quiet says nothing, --verbose a line a frame" {
@@ -163,6 +163,13 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     expect 0 && [ -z "$stderr" ]
     mesh balls.000[123].npy --verbose
     expect 0 && [ "$(grep -c 'frame 000[123]:' <<<"$stderr")" -eq 3 ]
+}
+
+@test "--json-log says the same to programs" {
+    mesh balls.0001.npy balls.0009.npy --json-log --verbose
+    expect 3
+    jq -es 'map(.level) == ["note", "detail", "progress", "problem", "problem"]' <<<"$stderr"
+    jq -es '.[2] == {level: "progress", done: 1, total: 2} and (.[3].message | contains("balls.0009.npy"))' <<<"$stderr"
 }
 
 @test "a progress bar on a terminal only" {

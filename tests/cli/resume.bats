@@ -28,7 +28,7 @@ stop_at_third() {
     "$twinmesh" mesh "${balls[@]}" balls.####.npy -o whole/out --quiet
     mv balls.0003.npy later
     mesh 'balls.####.npy' --frames 1-6 -o cut/out "$@"
-    expect 3 "balls.0003.npy" "2 finished frames" "--resume"
+    expect 3 "balls.0003.npy" "2 frames are finished" "--resume"
     rm -r whole/* # of all frames, but without --frames in the report
     mv later balls.0003.npy
     "$twinmesh" mesh "${balls[@]}" 'balls.####.npy' --frames 1-6 -o whole/out --quiet

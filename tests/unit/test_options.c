@@ -88,7 +88,7 @@ static void test_mistakes(void **state)
     expect_mistake("--angle", "missing");
     expect_mistake("--print=1", "takes no value");
     expect_mistake("--angl 3", "no such option");
-    expect_mistake("--json-log", "not in this version");
+    expect_mistake("--interpolation cubic", "not in this version");
 }
 
 /* Every default in the table reads as a value of its option, and no name or letter comes twice. */
