@@ -8,7 +8,7 @@
 
 /* How far apart the two of a pair may be, in mean mechanical edges. Two meshes that know nothing of each other have a vertex
  * of the other within one edge; the rest is for those left over. */
-static const double reach_edges[KIND_COUNT] = {2, 1};
+static const double reach_edges[KIND_COUNT] = {1.5, 1.25};
 
 /* One of the two, or its components' share of it. */
 typedef struct Half {

@@ -163,7 +163,7 @@ static double share_kept(const TriMesh *last, const TriMesh *mesh)
 
 static void leave_seam(Stitch *st, OutFrame *f)
 {
-    if (st->job.formats & (FORMAT_GLB | FORMAT_GLTF)) take_tail(st, f);
+    take_tail(st, f);
     f->stat.ids_kept = share_kept(&st->shown[KIND_MECHANICAL], &f->mesh[KIND_MECHANICAL]);
     outframe_free(&st->tail);
     free_meshes(st->tail_mesh);

@@ -56,7 +56,7 @@ same() { diff <(hashes "$1") <(hashes "$2"); }
     mv balls.0005.npy safe
     printf damaged >balls.0005.npy
     farm balls.####.npy "${balls[@]}" -o cut --chunks 3 --overlap 2 --run 1
-    expect 3 "frame 0005" "finished frames are kept"
+    expect 3 "frame 0005" "finished and kept"
     [ -z "$(ls -d cut.* | grep -v farm)" ]
     farm --stitch cut.farm/plan.json
     expect 3 "cut.farm/chunk.0003.chunk" "run this chunk first"
