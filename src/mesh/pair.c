@@ -94,7 +94,8 @@ static void find_candidates(Pairing *p, double reach)
             int cell = map_get(&c.at, cell_key(&c, get3(p->b->pos, b), k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1));
             for (int a = cell == NONE ? NONE : c.first[cell]; a != NONE; a = c.next[a]) link_candidates(p, b, reach, a);
         }
-        qsort(p->link + p->first[b], (size_t)(p->nlink - p->first[b]), sizeof *p->link, compare_links);
+        int n = p->nlink - p->first[b];
+        if (n) qsort(p->link + p->first[b], (size_t)n, sizeof *p->link, compare_links);
     }
     p->first[p->b->n] = p->nlink;
     cells_free(&c);
