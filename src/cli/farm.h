@@ -37,6 +37,8 @@ bool plan_make(Plan *p, const MeshJob *job, const Options *o, int nchunk, int ov
 bool plan_write(const Plan *p, int threads, Err *err);
 bool plan_read(Plan *p, const char *path, Err *err);
 void plan_free(Plan *p);
+/* Whether both ask the same of each chunk. */
+bool plan_is_same(const Plan *a, const Plan *b);
 /* Removes what an earlier plan's chunks left. */
 void plan_sweep(const Plan *p);
 /* FOLDER/name; the prefix of chunk k's files, k from 0. To be freed. */

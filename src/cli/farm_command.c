@@ -53,12 +53,13 @@ static bool start(char *const *argv, pid_t *pid, Err *err)
     return code == 0 || fail(err, ERR_RESOURCE, "%s: cannot be started: %s", argv[0], strerror(code));
 }
 
-/* The exit status of the one that ended, or of `pid` alone; -1: there is none. */
+/* The exit status of `pid`, or for -1 of the first that ends; -1: there is none. */
 static int wait_for(pid_t pid)
 {
     int status;
-    while ((pid = waitpid(pid, &status, 0)) < 0 && errno == EINTR) {}
-    return pid < 0 ? -1 : WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    pid_t ended;
+    while ((ended = waitpid(pid, &status, 0)) < 0 && errno == EINTR) {}
+    return ended < 0 ? -1 : WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 static bool start_chunk(const Plan *p, int k, int threads, Err *err)
@@ -78,13 +79,12 @@ static bool start_chunk(const Plan *p, int k, int threads, Err *err)
 static int run_here(const Plan *p, int jobs, int threads, Err *err)
 {
     int status = 0, running = 0;
-    for (int k = 0; k < p->nchunk || running;) {
+    for (int k = 0; running || (k < p->nchunk && status == 0);) {
         if (k < p->nchunk && running < jobs && status == 0) {
             if (!start_chunk(p, k++, threads, err)) status = (int)err->code;
             else running++;
             continue;
         }
-        if (!running) break;
         int ended = wait_for(-1);
         running--;
         if (status == 0) status = ended < 0 ? ERR_RESOURCE : ended;
@@ -115,6 +115,19 @@ static bool check(const Options *o, Err *err)
     return true;
 }
 
+/* Chunks that are done are kept for a plan that would do them again just so. */
+static bool check_old(const Plan *p, Err *err)
+{
+    Plan old;
+    Err unsaid; /* where there is none, nothing is kept */
+    char *path = plan_path(p, "plan.json");
+    bool good = !plan_read(&old, path, &unsaid) || plan_is_same(&old, p) ||
+                fail(err, ERR_USAGE, "%.800s: was made for other frames or options; leave --resume out to begin anew", path);
+    plan_free(&old);
+    mem_free(path);
+    return good;
+}
+
 /* The plan of the command line, on disk. */
 static bool make_plan(Plan *p, Options *o, Err *err)
 {
@@ -123,7 +136,7 @@ static bool make_plan(Plan *p, Options *o, Err *err)
     bool good = check(o, err) && job_make(job, o, err) && job_load_scene(job, o, err) &&
                 plan_make(p, job, o, option_int(o, FARM_CHUNKS), option_int(o, FARM_OVERLAP), err);
     if (good && (strpbrk(p->directory, "\r\n") || strpbrk(p->folder, "\r\n"))) good = fail(err, ERR_USAGE, "a folder's name has more than one line; farm from another");
-    good = good && plan_write(p, threads, err) &&
+    good = good && (!job->resume || check_old(p, err)) && plan_write(p, threads, err) &&
            slurm_write(p, &(SlurmSettings){threads, option_int(o, FARM_TRIES), option_text(o, FARM_SBATCH)}, err);
     if (good && !job->resume) plan_sweep(p);
     job_free(job);
@@ -134,12 +147,12 @@ static bool make_plan(Plan *p, Options *o, Err *err)
 /* --chunk, --stitch: the operand is a plan. */
 static int do_part(Plan *p, const Options *o, Err *err)
 {
-    if (o->noperand != 1) return fail(err, ERR_USAGE, "one plan is to be named, such as PREFIX.farm/plan.json"), ERR_USAGE;
-    if (!plan_read(p, o->operand[0], err)) return (int)err->code;
-    if (option_given(o, FARM_STITCH)) return farm_stitch(p);
-    int k = option_int(o, FARM_CHUNK);
-    if (k > p->nchunk) return fail(err, ERR_USAGE, "--chunk %d: the plan has %d", k, p->nchunk), ERR_USAGE;
-    return farm_run_chunk(p, k - 1, option_given(o, OPT_THREADS) ? option_int(o, OPT_THREADS) : 0);
+    bool is_stitch = option_given(o, FARM_STITCH);
+    int k = is_stitch ? 1 : option_int(o, FARM_CHUNK);
+    bool good = o->noperand == 1 ? plan_read(p, o->operand[0], err) : fail(err, ERR_USAGE, "one plan is to be named, such as PREFIX.farm/plan.json");
+    if (good && k > p->nchunk) good = fail(err, ERR_USAGE, "--chunk %d: the plan has %d", k, p->nchunk);
+    if (!good) return (int)err->code;
+    return is_stitch ? farm_stitch(p) : farm_run_chunk(p, k - 1, option_given(o, OPT_THREADS) ? option_int(o, OPT_THREADS) : 0);
 }
 
 static int do_all(Plan *p, Options *o, Err *err)

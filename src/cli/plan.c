@@ -11,6 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+enum { PLACES_MAX = 1000 * 1000 * 1000 };
+
 /* --- names ---------------------------------------------------------------------------------------- */
 
 char *plan_path(const Plan *p, const char *name)
@@ -134,6 +136,39 @@ void plan_free(Plan *p)
     *p = (Plan){0};
 }
 
+/* The next argument that the meshes depend on, or NULL. */
+static const char *next_that_matters(const Plan *p, int *i)
+{
+    while (*i < p->narg) {
+        const char *arg = p->arg[(*i)++];
+        bool matters = true;
+        for (int id = 0; id < OPTION_COUNT && matters; id++) {
+            const OptionSpec *spec = &option_table[id];
+            size_t n = strlen(spec->name);
+            if (strncmp(arg, "--", 2) == 0 && strncmp(arg + 2, spec->name, n) == 0 && (arg[2 + n] == 0 || arg[2 + n] == '=')) matters = spec->echo != OPTION_RUN;
+        }
+        if (matters) return arg;
+    }
+    return NULL;
+}
+
+bool plan_is_same(const Plan *a, const Plan *b)
+{
+    int i = 0, j = 0;
+    const char *x, *y;
+    do {
+        x = next_that_matters(a, &i);
+        y = next_that_matters(b, &j);
+    } while (x && y && strcmp(x, y) == 0);
+    if (x || y || a->nchunk != b->nchunk || a->step != b->step) return false;
+    for (int k = 0; k < a->nchunk; k++) {
+        const ChunkPlan *c = &a->chunk[k], *d = &b->chunk[k];
+        if (c->own.last != d->own.last || c->run.first != d->run.first || c->run.last != d->run.last) return false;
+        if (strcmp(c->first, d->first) != 0 || strcmp(c->last, d->last) != 0) return false;
+    }
+    return a->has_surface == b->has_surface && a->spec.iso == b->spec.iso && a->spec.inside_below == b->spec.inside_below && a->edge == b->edge;
+}
+
 void plan_sweep(const Plan *p)
 {
     for (int k = 0; k < p->nchunk; k++) {
@@ -225,7 +260,7 @@ bool plan_write(const Plan *p, int threads, Err *err)
 
 static bool read_range(const json_t *frames, const char *name, PlaceRange *out)
 {
-    return json_unpack((json_t *)frames, "{s:[i,i]}", name, &out->first, &out->last) == 0 && out->first >= 0 && out->last >= out->first;
+    return json_unpack((json_t *)frames, "{s:[i,i]}", name, &out->first, &out->last) == 0 && out->first >= 0 && out->last >= out->first && out->last < PLACES_MAX;
 }
 
 static bool read_chunk(const json_t *task, int before, ChunkPlan *c)

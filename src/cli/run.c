@@ -143,13 +143,24 @@ static bool follow(Run *run, const Options *o, Err *err)
     }
 }
 
+/* A chunk's frames, by the places that the plan gave them. */
+static bool pick_places(Run *run, Err *err)
+{
+    const MeshJob *job = &run->job;
+    int n = sequence_length(&run->sequence);
+    if (n == NONE || job->place > n || job->nplace > n - job->place)
+        return fail(err, ERR_INPUT, "there are %d frames now, fewer than the plan was made for; plan again, or bring the others back", int_max(n, 0));
+    sequence_pick(&run->sequence, job->place, job->nplace);
+    return true;
+}
+
 /* False also where nothing is left to do: err->code is ERR_NONE then. */
 static bool open_all(Run *run, const Options *o, Err *err)
 {
     const MeshJob *job = &run->job;
     if (!job_find_step(job, o, &run->step, err)) return false;
     if (!job_open_sequence(job, o, &run->sequence, err)) return false;
-    if (job->is_chunk) sequence_pick(&run->sequence, job->place, job->nplace);
+    if (job->is_chunk && !pick_places(run, err)) return false;
     run->track = track_open(&job->track);
     ResumeKind kind = run_resume(run, o, err);
     if (kind == RESUME_FAILED) return false;

@@ -291,9 +291,10 @@ int farm_stitch(const Plan *p)
     Stitch st = {.plan = p, .renumber.plain = true, .rejoin.plain = true, .last_shown = NONE, .first_tracked = NONE};
     bool good = options_parse(&o, p->narg, p->arg, &err) && job_make(&st.job, &o, &err) && job_load_scene(&st.job, &o, &err);
     st.console = console_make(st.job.loudness);
+    st.console.json = st.job.json_log;
     good = good && stitch_frames(&st, &o, &err);
     if (err.code != ERR_NONE) console_problem(&st.console, "%s", err.text);
-    if (good && st.job.loudness > LOUD_QUIET) report_summarise(stderr, &st.out.totals);
+    if (good && st.job.loudness > LOUD_QUIET && !st.console.json) report_summarise(stderr, &st.out.totals);
     chunk_close(&st.chunk);
     renumber_free(&st.renumber);
     rejoin_free(&st.rejoin);

@@ -13,8 +13,6 @@ const char *event_kind_name(EventKind kind)
     return name[kind];
 }
 
-const FrameEvents *track_events(const Track *tr) { return &tr->events; }
-
 FrameEvents track_take_events(Track *tr)
 {
     FrameEvents e = tr->events;

@@ -66,6 +66,8 @@ same() { diff <(hashes "$1") <(hashes "$2"); }
     farm --stitch cut.farm/plan.json
     expect 3 "cut.farm/chunk.0002.chunk: ends before its last frame"
     mv safe balls.0005.npy
+    farm balls.####.npy "${balls[@]}" -o cut --chunks 3 --overlap 2 --run 2 --resume --edge 2v
+    expect 2 "cut.farm/plan.json: was made for other"
     farm balls.####.npy "${balls[@]}" -o cut --chunks 3 --overlap 2 --run 2 --resume
     expect 0 "all frames of this run are done" "going on after"
     same whole cut
@@ -136,6 +138,9 @@ same() { diff <(hashes "$1") <(hashes "$2"); }
     expect 2 "--chunk 3: the plan has 2"
     farm --stitch out.farm/plan.json
     expect 3 "out.farm/chunk.0001.chunk" "run this chunk first"
+    rm balls.0006.npy
+    farm --chunk 2 out.farm/plan.json
+    expect 3 "there are 5 frames now"
     [ -z "$(ls -d out.* | grep -v farm)" ]
 }
 

@@ -70,8 +70,7 @@ static int frames_in(const uint8_t *data, size_t n)
         outframe_free(&f);
     }
     if (!good) assert_true(err.code == ERR_INPUT && strstr(err.text, "b.chunk: ") && strstr(err.text, "again"));
-    if (!err.code) chunk_close(&c);
-    else if (c.stream) chunk_close(&c);
+    if (c.stream) chunk_close(&c);
     return good ? frames : NONE;
 }
 
