@@ -10,7 +10,7 @@
 static const char *const kind_name[KIND_COUNT] = {"mechanical", "geometric"};
 static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
-static const char *const lines_name[LINES_COUNT] = {"report", "events", "timings", "chunk"};
+static const char *const lines_name[] = {"report", "events", "timings"};
 
 /* PREFIX.middle.ending, or PREFIX.middle.label.ending. */
 static char *name_of(const char *prefix, const char *middle, const char *label, const char *ending)
@@ -32,7 +32,7 @@ void outframe_free(OutFrame *f)
     *f = (OutFrame){0};
 }
 
-static bool has_lines(const Outputs *o, int i) { return o->job->is_chunk == (i == LINES_CHUNK); }
+static bool has_lines(const MeshJob *job, int i) { return job->is_chunk == (i == LINES_CHUNK); }
 
 static char *lines_path(const MeshJob *job, int i)
 {
@@ -54,7 +54,7 @@ static void close_all(Outputs *o, bool remove)
 static bool open_lines(Outputs *o, int i, Store *s, Err *err)
 {
     uint64_t length = 0;
-    if (!has_lines(o, i)) return true;
+    if (!has_lines(o->job, i)) return true;
     char *path = lines_path(o->job, i);
     if (s) STORE(s, length);
     bool good = !s ? outfile_open(&o->lines[i], path, err) : !s->bad && outfile_reopen(&o->lines[i], path, length, err);
@@ -157,7 +157,7 @@ static bool write_state(Outputs *o, Store *s, Err *err)
     STORE(s, o->nframe);
     STORE(s, o->totals);
     for (int i = 0; i < LINES_COUNT; i++) {
-        if (!has_lines(o, i)) continue;
+        if (!has_lines(o->job, i)) continue;
         uint64_t length = outfile_length(&o->lines[i]);
         STORE(s, length);
         if (!outfile_sync(&o->lines[i], err)) return false;
@@ -238,7 +238,7 @@ static bool publish(Outputs *o, bool complete, Err *err)
             mem_free(path);
         }
     for (int i = 0; i < LINES_COUNT; i++)
-        if (has_lines(o, i) && !outfile_publish(&o->lines[i], good ? err : &later)) good = false;
+        if (has_lines(o->job, i) && !outfile_publish(&o->lines[i], good ? err : &later)) good = false;
     return good;
 }
 
@@ -263,7 +263,8 @@ static void sweep_lines(const MeshJob *job, int i)
 
 bool outputs_sweep(const MeshJob *job, Err *err)
 {
-    for (int i = 0; i < LINES_COUNT; i++) sweep_lines(job, i);
+    for (int i = 0; i < LINES_COUNT; i++)
+        if (has_lines(job, i)) sweep_lines(job, i);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) {
             char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);

@@ -15,7 +15,7 @@ static void put_word(FILE *out, const char *text)
     fputc('\'', out);
 }
 
-/* Of sbatch's options, where % stands for numbers of the job. */
+/* A folder, and behind it a file or "": in the names of files % stands for numbers of the job, so that the folder's own is doubled. */
 static void put_option(FILE *out, const char *name, const char *folder, const char *file)
 {
     fprintf(out, "#SBATCH --%s='", name);
