@@ -1,6 +1,6 @@
 # twinmesh. `make` builds build/release/twinmesh; `make demo` and `make check` also install what they miss.
 #
-#   config=release|debug|asan|tsan|coverage   CC=clang CXX=clang++   werror=1   PREFIX=/usr/local DESTDIR=
+#   config=release|debug|asan|tsan|coverage|fuzz   CC=clang CXX=clang++   werror=1   PREFIX=/usr/local DESTDIR=
 
 config ?= release
 PREFIX ?= /usr/local
@@ -23,9 +23,10 @@ FLAGS_debug = -O0 -g
 FLAGS_asan = -O1 -g -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined
 FLAGS_tsan = -O1 -g -fsanitize=thread
 FLAGS_coverage = -O0 -g --coverage
+FLAGS_fuzz = $(FLAGS_asan) -fsanitize=fuzzer-no-link
 FLAGS := $(FLAGS_$(config))
 ifeq ($(FLAGS),)
-$(error config=$(config): one of release, debug, asan, tsan, coverage is wanted)
+$(error config=$(config): one of release, debug, asan, tsan, coverage, fuzz is wanted)
 endif
 
 # No contraction and no fast-math: the same bytes from every compiler and level. Nor the vectorising of straight-line
@@ -44,7 +45,8 @@ LIB = $(B)/libtwinmesh.a
 TESTS := $(patsubst tests/unit/%,$(B)/tests/%,$(basename $(sort $(wildcard tests/unit/test_*.c) $(wildcard tests/unit/test_*.cpp))))
 # What tests/unit/test_events.c, test_lineage.c and the soak share.
 SOAK := $(B)/tests/soak/scenes.c.o $(B)/tests/soak/watch.c.o
-DEPENDS := $(OBJECTS:.o=.d) $(TESTS:=.d) $(SOAK:.o=.d) $(B)/tests/soak/soak.c.d $(B)/tests/bench/ridges.c.d $(B)/tests/bench/reach.c.d $(B)/tests/bench/steps.c.d $(B)/tests/volume_to_mesh.d
+FUZZERS := $(patsubst tests/fuzz/%.c,$(B)/tests/%,$(sort $(wildcard tests/fuzz/fuzz_*.c)))
+DEPENDS := $(shell find $(B) -name '*.d' 2>/dev/null)
 
 all: $(B)/twinmesh
 
@@ -83,8 +85,20 @@ $(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
 	@mkdir -p $(@D)
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
 
+$(FUZZERS): $(B)/tests/%: tests/fuzz/%.c $(LIB) $(B)/flags
+	@mkdir -p $(@D)
+	$(CC) $(ALL_CFLAGS) -MF $@.d -c -o $@.o $<
+	$(CXX) $(FLAGS) -fsanitize=fuzzer $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
+
+$(B)/tests/seeds: tests/fuzz/seeds.cpp
+$(B)/tests/hostile: tests/hostile/hostile.cpp
+$(B)/tests/seeds $(B)/tests/hostile: $(LIB) $(B)/flags
+	@mkdir -p $(@D)
+	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $(filter %.cpp,$^)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
+
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
-$(PAPERS): $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
+$(PAPERS) $(B)/tests/isolated $(B)/tests/skin: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
@@ -116,7 +130,7 @@ check: deps
 	+@$(MAKE) --no-print-directory check-build
 	@tests/check.sh $(B)
 
-check-build: all $(TESTS) $(B)/tests/soak/soak $(OTHER_BUILDS)
+check-build: all $(TESTS) $(B)/tests/hostile $(B)/tests/soak/soak $(OTHER_BUILDS)
 ifneq ($(B),build/debug)
 build/debug/twinmesh: FORCE
 	+@$(MAKE) --no-print-directory all config=debug B=build/debug
@@ -128,7 +142,7 @@ endif
 
 bench:
 	@.ci/deps $(BUILD_PACKAGES)
-	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh
+	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh $(B)/tests/skin
 	@tests/bench/bench.sh $(B)
 
 # The papers' tables and sharp figures, by the scenes in data-samples/scenes: three minutes.
@@ -142,6 +156,22 @@ soak:
 	@.ci/deps $(BUILD_PACKAGES)
 	+@$(MAKE) --no-print-directory $(B)/tests/soak/soak
 	@$(B)/tests/soak/soak $(SOAK_ARGS)
+
+# Ten thousand damaged files of every kind. HOSTILE_ARGS: see tests/hostile/hostile.cpp.
+HOSTILE_ARGS ?= 10000
+hostile:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory $(B)/tests/hostile
+	@$(B)/tests/hostile $(HOSTILE_ARGS)
+
+# Every reader and the mesh edits under libFuzzer, ASan and UBSan, two targets at a time. Clang's own.
+FUZZ_SECONDS ?= 60
+fuzz:
+	@.ci/deps $(BUILD_PACKAGES) clang libclang-rt-dev
+	+@$(MAKE) --no-print-directory $(B)/tests/seeds
+	+@$(MAKE) --no-print-directory fuzzers config=fuzz B=build/fuzz CC=clang CXX=clang++
+	@tests/fuzz/fuzz.sh $(B)/tests/seeds build/fuzz $(FUZZ_SECONDS)
+fuzzers: $(FUZZERS)
 
 layers:
 	@tests/layers.sh
@@ -167,7 +197,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench papers soak layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench papers soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)

@@ -65,6 +65,7 @@ for test in "$build"/tests/test_*; do
     [ -x "$test" ] && [ -f "$test" ] && tap "$(basename "$test")" "$test"
 done
 for file in tests/cli/*.bats; do tap "cli-$(basename "$file" .bats)" bats --formatter tap "$file"; done
+one hostile "$build/tests/hostile" 600
 one golden tests/golden/golden.sh "$build/twinmesh"
 if [ "$(basename "$build")" = release ]; then # the Makefile built these too, where it could
     one golden-without-optimisation tests/golden/golden.sh --quick build/debug/twinmesh

@@ -28,6 +28,7 @@ check_command() { # mesh, field, ...
     done < <(sed -nE 's/^ +(-., )?(--[a-z-]+).*\(([^();]+)(; default ([^()]+))?\)$/\2|\3|\5/p' <<<"$help")
 }
 check_command mesh
+check_command skin
 check_command field
 check_command info
 check_command farm

@@ -20,6 +20,8 @@ bool fail(Err *err, ErrCode code, const char *fmt, ...)
     err->code = code;
     vsnprintf(err->text, sizeof err->text, fmt, args);
     va_end(args);
+    for (char *c = err->text; *c; c++)
+        if ((unsigned char)*c < 32 || *c == 127) *c = '?'; /* names from a file, or of one, keep to the line */
     return false;
 }
 
@@ -37,6 +39,7 @@ static void *must(void *p, size_t count, size_t size)
 {
     if (p) return p;
     fprintf(stderr, "twinmesh: out of memory (%zu items of %zu bytes were wanted%s)\n", count, size, limited ? "; --max-memory allows no more" : "");
+    fflush(stdout);
     _exit(ERR_RESOURCE);
 }
 

@@ -29,7 +29,7 @@ typedef enum ErrCode {
 
 typedef struct Err {
     ErrCode code;
-    char text[1000]; /* one sentence that names the file, the frame and the remedy; no newline */
+    char text[1000]; /* one sentence that names the file, the frame and the remedy; nothing unprintable */
 } Err;
 
 /* Writes the sentence (cut off at the buffer's end). Always false, so `return fail(...)` reads well. */

@@ -25,6 +25,10 @@ static struct {
     Job job;
 } pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER, .done = PTHREAD_COND_INITIALIZER, .want = 1};
 
+static _Thread_local bool alone;
+
+void thread_alone(void) { alone = true; }
+
 int thread_hardware_count(void)
 {
     long n = sysconf(_SC_NPROCESSORS_ONLN);
@@ -33,8 +37,9 @@ int thread_hardware_count(void)
 
 void thread_set_count(int n)
 {
-    ASSERT(pool.running == 0);
-    pool.want = int_clamp(n, 1, THREAD_MAX);
+    n = int_clamp(n, 1, THREAD_MAX);
+    ASSERT(pool.running == 0 || n == pool.want);
+    pool.want = n;
 }
 
 int thread_count(void) { return pool.want; }
@@ -81,7 +86,7 @@ void parallel_for(int n, int grain, ParallelFn *fn, void *ctx)
 {
     ASSERT(grain > 0);
     if (n <= 0) return;
-    if (pool.want == 1 || n <= grain) {
+    if (alone || pool.want == 1 || n <= grain) {
         for (int i = 0; i < n; i += grain) fn(ctx, i, n - i > grain ? i + grain : n);
         return;
     }

@@ -11,7 +11,7 @@ static const struct {
     int (*run)(int argc, char **argv); /* NULL: not in this version */
 } command[] = {
     {"mesh", "follow the surface through a sequence of volumes; write both meshes", mesh_command},
-    {"skin", "animate a potential that follows particles or grids", NULL},
+    {"skin", "animate a potential that follows particles or grids", skin_command},
     {"field", "sample a scene into a grid sequence", field_command},
     {"render", "picture a mesh sequence", NULL},
     {"check", "measure meshes against the field they came from", check_command},

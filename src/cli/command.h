@@ -6,6 +6,7 @@ int command_run(int argc, char **argv);
 
 int mesh_command(int argc, char **argv);
 int field_command(int argc, char **argv);
+int skin_command(int argc, char **argv);
 int info_command(int argc, char **argv);
 int check_command(int argc, char **argv);
 int diff_command(int argc, char **argv);

@@ -53,23 +53,26 @@ static bool start(char *const *argv, pid_t *pid, Err *err)
     return code == 0 || fail(err, ERR_RESOURCE, "%s: cannot be started: %s", argv[0], strerror(code));
 }
 
-/* The exit status of `pid`, or for -1 of the first that ends; -1: there is none. */
-static int wait_for(pid_t pid)
+/* Waits until one of the n has ended: which. This program has other children too (isolate.h). */
+static int wait_for(int n, const pid_t *pid, int *status)
 {
-    int status;
-    pid_t ended;
-    while ((ended = waitpid(pid, &status, 0)) < 0 && errno == EINTR) {}
-    return ended < 0 ? -1 : WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    for (;;) {
+        int how;
+        pid_t ended = waitpid(-1, &how, 0);
+        *status = ended < 0 ? ERR_RESOURCE : WIFEXITED(how) ? WEXITSTATUS(how) : 128 + WTERMSIG(how);
+        if (ended < 0 && errno != EINTR) return 0;
+        for (int i = 0; i < n; i++)
+            if (pid[i] == ended) return i;
+    }
 }
 
-static bool start_chunk(const Plan *p, int k, int threads, Err *err)
+static bool start_chunk(const Plan *p, int k, int threads, pid_t *pid, Err *err)
 {
     char number[16], count[16], *program = program_path(), *plan = plan_path(p, "plan.json");
     char farm[] = "farm", chunk[] = "--chunk", with[] = "--threads", *argv[] = {program, farm, chunk, number, with, count, plan, NULL};
-    pid_t pid;
     snprintf(number, sizeof number, "%d", k + 1);
     snprintf(count, sizeof count, "%d", threads);
-    bool good = start(argv, &pid, err);
+    bool good = start(argv, pid, err);
     mem_free(program);
     mem_free(plan);
     return good;
@@ -79,16 +82,18 @@ static bool start_chunk(const Plan *p, int k, int threads, Err *err)
 static int run_here(const Plan *p, int jobs, int threads, Err *err)
 {
     int status = 0, running = 0;
+    pid_t *pid = NEW(pid_t, jobs);
     for (int k = 0; running || (k < p->nchunk && status == 0);) {
         if (k < p->nchunk && running < jobs && status == 0) {
-            if (!start_chunk(p, k++, threads, err)) status = (int)err->code;
-            else running++;
+            if (start_chunk(p, k++, threads, &pid[running], err)) running++;
+            else status = (int)err->code;
             continue;
         }
-        int ended = wait_for(-1);
-        running--;
-        if (status == 0) status = ended < 0 ? ERR_RESOURCE : ended;
+        int one, i = wait_for(running, pid, &one);
+        pid[i] = pid[--running];
+        if (status == 0) status = one;
     }
+    mem_free(pid);
     return status ? status : farm_stitch(p);
 }
 
@@ -96,7 +101,8 @@ static int submit(const Plan *p, Err *err)
 {
     char *script = plan_path(p, "submit.sh"), sh[] = "sh", *argv[] = {sh, script, NULL};
     pid_t pid;
-    int status = start(argv, &pid, err) ? wait_for(pid) : 0;
+    int status = 0;
+    if (start(argv, &pid, err)) wait_for(1, &pid, &status);
     if (status) fail(err, ERR_RESOURCE, "%.800s: Slurm did not take the jobs; it may be sent again by hand", script);
     mem_free(script);
     return (int)err->code;

@@ -14,6 +14,14 @@ enum { ATTRIBUTES_MAX = 32 };
 typedef enum OnError { ON_ERROR_STOP, ON_ERROR_SKIP, ON_ERROR_HOLD } OnError;
 typedef enum VelocityUnits { VELOCITY_BY_GRID = -1, VELOCITY_WORLD, VELOCITY_VOXEL, VELOCITY_MANTAFLOW } VelocityUnits;
 
+/* Fields that another command makes, instead of files or a scene. `next` is called for one frame after the other, by the
+ * thread that reads ahead. */
+typedef struct FieldSource {
+    bool (*open)(void *maker, Sequence *out, Err *err);
+    bool (*next)(void *maker, const Frame *frame, Field *out, Err *err); /* NULL: there is no such source */
+    void *maker;
+} FieldSource;
+
 /* Texts are borrowed from argv. */
 typedef struct MeshJob {
     const char *prefix;
@@ -26,6 +34,7 @@ typedef struct MeshJob {
     const char *start_from;     /* NULL: anew */
     Turn turn;                  /* of what is written */
     const char *frames;         /* A-B[xS]; NULL: all */
+    FieldSource source;
     bool has_scene;             /* the frames are a scene's */
     Scene scene;
     bool trilinear;             /* its vertices land on the samples' surface */

@@ -21,6 +21,11 @@ static const OptionSpec field_table[] = {
 static const OptionSpec info_table[] = {
 #include "cli/info.def"
 };
+#define SECTION(heading)
+#define OPTION ROW
+static const OptionSpec skin_table[] = {
+#include "cli/skin.def"
+};
 #define OPTION ROW
 static const OptionSpec check_table[] = {
 #include "cli/check.def"
@@ -37,12 +42,14 @@ static const OptionSpec farm_table[] = { /* what mesh takes, in the same places,
 #include "cli/farm.def"
 };
 _Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
-                   (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
+                   (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
+                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
                "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
 const OptionTable field_options = {"field", FIELD_OPTION_COUNT, field_table};
 const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
+const OptionTable skin_options = {"skin", SKIN_OPTION_COUNT, skin_table};
 const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
 const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
 const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};

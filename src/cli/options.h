@@ -61,6 +61,12 @@ typedef enum DiffOptionId {
     DIFF_OPTION_COUNT
 } DiffOptionId;
 
+typedef enum SkinOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) SKIN_##id,
+#include "cli/skin.def"
+    SKIN_OPTION_COUNT
+} SkinOptionId;
 /* Behind those of mesh, which it takes too. */
 typedef enum FarmOptionId {
     FARM_BEFORE = OPTION_COUNT - 1,
@@ -75,7 +81,7 @@ typedef struct OptionTable {
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, farm_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, farm_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */

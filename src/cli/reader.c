@@ -1,5 +1,6 @@
 #include "cli/reader.h"
 
+#include "base/thread.h"
 #include "cli/inputs.h"
 #include "cli/stop.h"
 #include "cli/velocity.h"
@@ -62,6 +63,7 @@ static bool read_volume(const MeshJob *job, ReadFrame *f, Volume *v)
 static bool read_field(const MeshJob *job, ReadFrame *f)
 {
     Volume v;
+    if (job->source.next) return job->source.next(job->source.maker, &f->frame, &f->field, &f->err);
     if (!read_volume(job, f, &v)) return false;
     choose_surface(job, &v, f);
     Err err;
@@ -108,6 +110,7 @@ static void next_frame(Reader *r, ReadFrame *f)
 static void *reader_run(void *context)
 {
     Reader *r = context;
+    thread_alone();
     for (bool more = true; more;) {
         pthread_mutex_lock(&r->lock);
         while (r->full && !r->quit) pthread_cond_wait(&r->changed, &r->lock);

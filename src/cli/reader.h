@@ -1,5 +1,5 @@
 /* reader.h: reads one frame ahead: while a frame is solved, a thread of its own reads the next file and builds its
- * field. That thread never calls parallel_for, which belongs to the solve. */
+ * field. parallel_for belongs to the solve: what that thread calls runs on it alone. */
 #pragma once
 #include "cli/job.h"
 #include "field/field.h"

@@ -212,7 +212,7 @@ static int say_end(Run *run, bool good, const Err *err)
     if (err->code != ERR_NONE) console_problem(c, "%s", err->text);
     if (out->nframe && run->job.loudness > LOUD_QUIET && !c->json) report_summarise(stderr, &out->totals);
     if (stop_signal()) console_problem(c, "stopped by a signal");
-    if (out->left) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
+    if (out->left && !run->job.source.next) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
     if (stop_signal()) return 128 + stop_signal();
     return good ? 0 : (int)err->code;
 }

@@ -27,6 +27,7 @@ bool job_load_scene(MeshJob *job, Options *o, Err *err)
 bool job_open_sequence(const MeshJob *job, const Options *o, Sequence *out, Err *err)
 {
     const Scene *s = &job->scene;
+    if (job->source.next) return job->source.open(job->source.maker, out, err);
     if (job->has_scene) return sequence_open_numbers(out, s->path, s->first, s->last, job->frames, err);
     return sequence_open(out, o->noperand, o->operand, job->frames, volume_is_known, err);
 }

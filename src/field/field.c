@@ -185,9 +185,17 @@ static int compare_origin(const void *pa, const void *pb)
     return 0;
 }
 
+/* A block gives 8 candidates at most, the shell of a tile of 128 samples' side some 2000: what is far beyond, no sound grid has. */
+static bool is_out_of_proportion(const Builder *b)
+{
+    return b->ncand > 32768 + 8 * (int64_t)b->grid->nblock + 2048 * (int64_t)b->grid->ntile;
+}
+
 static bool keep_crossed(Builder *b, Err *err)
 {
     Field *f = b->f;
+    if (is_out_of_proportion(b))
+        return fail(err, ERR_INPUT, "constant tiles of the grid are so large that only a damaged file has them; write it again, or resample it");
     int n = 0;
     float v[BRICK_SAMPLES];
     for (int c = 0; c < b->ncand; c++) {

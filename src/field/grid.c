@@ -29,17 +29,21 @@ static bool in_reach(int x, int y, int z)
     return x > -COORD_LIMIT && x < COORD_LIMIT && y > -COORD_LIMIT && y < COORD_LIMIT && z > -COORD_LIMIT && z < COORD_LIMIT;
 }
 
+void grid_reserve(Grid *g, int nblock)
+{
+    if (nblock <= g->capblock) return;
+    g->capblock = nblock;
+    RESIZE(g->origin, nblock);
+    g->value = mem_resize(g->value, (size_t)nblock, (size_t)g->ncomp * GRID_CELLS * sizeof(float));
+}
+
 float *grid_add_block(Grid *g, int x, int y, int z)
 {
     if (!in_reach(x, y, z)) return NULL;
     size_t size = (size_t)g->ncomp * GRID_CELLS;
     int b = map_put(&g->block_at, key_coord(x >> 3, y >> 3, z >> 3), g->nblock);
     if (b < g->nblock) return g->value + (size_t)b * size;
-    if (g->nblock == g->capblock) {
-        g->capblock = g->capblock ? 2 * g->capblock : 64;
-        RESIZE(g->origin, g->capblock);
-        g->value = mem_resize(g->value, (size_t)g->capblock, size * sizeof(float));
-    }
+    if (g->nblock == g->capblock) grid_reserve(g, g->capblock ? 2 * g->capblock : 64);
     g->nblock++;
     g->origin[b][0] = x & ~7;
     g->origin[b][1] = y & ~7;

@@ -22,6 +22,7 @@ typedef struct Grid {
     int ncomp;            /* 1, or 3 for vectors */
     int staggered;        /* 3 components: component k sits half a voxel towards -k (a MAC grid) */
     int lo[3], hi[3];     /* the active bounding box, inclusive; lo > hi: nothing is active */
+    bool narrow;          /* a narrow-band level set: only samples nearer to 0 than the background are active */
     float background[3];
     int nblock, capblock;
     int (*origin)[3];     /* [nblock] first sample of the block, a multiple of 8 */
@@ -35,6 +36,8 @@ typedef struct Grid {
 void grid_init(Grid *g, int ncomp);
 void grid_free(Grid *g);
 bool grid_is_empty(const Grid *g);
+/* Room for so many blocks in all, which need not come. */
+void grid_reserve(Grid *g, int nblock);
 /* A new block, or the one that is there already; NULL where the origin lies beyond +-2^20. */
 float *grid_add_block(Grid *g, int x, int y, int z);
 void grid_add_tile(Grid *g, GridTile tile);

@@ -15,8 +15,8 @@ static float half_to_float(uint16_t h)
     return (float)(h & 0x8000 ? -v : v);
 }
 
-/* One sample from its bytes, lowest first in `bits` whatever the order in the file or the machine. */
-static float dense_sample(DenseType type, const uint8_t *p)
+/* Lowest first in `bits` whatever the order in the file or the machine. */
+float dense_sample(DenseType type, const uint8_t *p)
 {
     uint64_t bits = 0;
     for (int i = 0; i < type.size; i++) bits |= (uint64_t)p[type.big_endian ? type.size - 1 - i : i] << 8 * i;
@@ -138,6 +138,7 @@ bool dense_read(Stream *s, const char *path, DenseType type, DenseShape shape, G
 typedef struct Words {
     Stream *s;
     size_t at, end;
+    bool closed; /* something stands behind the last word: it is whole */
     char text[4096];
 } Words;
 
@@ -168,6 +169,7 @@ static bool words_next(Words *w, char *word, size_t size, Err *err)
         if (!words_char(w, &c, err)) return false;
     }
     word[n] = 0;
+    w->closed = c != 0;
     return true;
 }
 
@@ -180,6 +182,8 @@ static bool read_words(Words *w, const char *path, Filler *f, int64_t total, Err
         if (end == word || *end)
             return fail(err, ERR_INPUT, "%.600s: %s where sample %lld of %lld should be; write the file again", path,
                         word[0] ? "something else than a number stands" : "it ends", (long long)i, (long long)total);
+        if (!w->closed)
+            return fail(err, ERR_INPUT, "%.600s: ends within its last line, which may be cut short; write it again, or end it with a newline", path);
         filler_put(f, (float)v);
     }
     if (!words_next(w, word, sizeof word, err)) return false;

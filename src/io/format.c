@@ -1,4 +1,4 @@
-#include "io/io_priv.h"
+#include "io/isolate_priv.h"
 
 #include <string.h>
 #include <strings.h>
@@ -33,26 +33,35 @@ bool volume_is_known(const char *path) { return format_find(path) != NULL; }
 
 /* --- a file's grids ----------------------------------------------------------------------------- */
 
-VolumeFile *volume_open(const char *path, const VolumeRequest *request, Err *err)
+static VolumeFile *open_by(const Format *reader, const char *path, const VolumeRequest *request, Err *err)
 {
     const Format *format = format_find(path);
     if (!format) {
         format_unknown(path, err);
         return NULL;
     }
-    VolumeFile *f = mem_zero(1, format->file_size);
+    if (!reader) reader = format;
+    VolumeFile *f = mem_zero(1, reader->file_size);
     f->format = format;
+    f->reader = reader;
     f->path = path;
     f->request = request;
-    if (format->open(f, err)) return f;
+    if (reader->open(f, err)) return f;
     volume_close(f);
     return NULL;
+}
+
+VolumeFile *volume_open_here(const char *path, const VolumeRequest *request, Err *err) { return open_by(NULL, path, request, err); }
+
+VolumeFile *volume_open(const char *path, const VolumeRequest *request, Err *err)
+{
+    return open_by(isolate_is_on() ? &REMOTE_FORMAT : NULL, path, request, err);
 }
 
 void volume_close(VolumeFile *f)
 {
     if (!f) return;
-    f->format->close(f);
+    f->reader->close(f);
     mem_free(f->entry);
     mem_free(f);
 }
@@ -86,7 +95,7 @@ int volume_find(const VolumeFile *f, const char *name)
 bool volume_load(VolumeFile *f, int i, Grid *out, Err *err)
 {
     ASSERT(f->entry[i].ncomp == out->ncomp && grid_is_empty(out));
-    return f->format->read(f, i, out, err);
+    return f->reader->read(f, i, out, err);
 }
 
 /* --- a frame ------------------------------------------------------------------------------------ */

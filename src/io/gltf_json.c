@@ -18,7 +18,7 @@ static bool find_json(InFile *in, GltfJson *out, int64_t *from, int64_t *size, E
     if (out->binary) {
         *from = HEAD;
         *size = get_u32(b + 12);
-        if (get_u32(b + 4) != 2 || get_u32(b + 16) != JSON_CHUNK || *size > in->length - HEAD)
+        if (get_u32(b + 4) != 2 || get_u32(b + 16) != JSON_CHUNK || *size > in->length - HEAD || get_u32(b + 8) > in->length)
             return fail(err, ERR_INPUT, "%.600s: is no whole binary glTF 2 file; write or copy it again", in->path);
     }
     if (*size > JSON_MOST)

@@ -1,4 +1,4 @@
-#include "io/io_priv.h"
+#include "io/isolate_priv.h"
 
 #include <errno.h>
 #include <string.h>
@@ -18,6 +18,7 @@ bool infile_open(InFile *in, const char *path, Err *err)
         return fail(err, ERR_INPUT, "%s: its length cannot be found (%s)", path, strerror(errno));
     }
     in->length = st.st_size;
+    isolate_grant(in->length);
     return true;
 }
 

@@ -22,7 +22,8 @@ bool infile_read(InFile *in, int64_t at, size_t size, void *to, Err *err);
 
 /* What all formats know of an open file; the first member of each format's own. */
 struct VolumeFile {
-    const struct Format *format;
+    const struct Format *format; /* what the file is */
+    const struct Format *reader; /* who reads it: the same, or REMOTE_FORMAT */
     const char *path;
     const VolumeRequest *request;
     int nentry, capentry;
@@ -38,6 +39,12 @@ typedef struct Format {
 } Format;
 
 extern const Format VDB_FORMAT, NVDB_FORMAT, NPY_FORMAT, RAW_FORMAT, NRRD_FORMAT, NHDR_FORMAT, UNI_FORMAT, EXR_FORMAT;
+
+/* A file of any format read by another process (remote.c). */
+extern const Format REMOTE_FORMAT;
+
+/* volume_open in this process, whatever isolate.h says. */
+VolumeFile *volume_open_here(const char *path, const VolumeRequest *request, Err *err);
 
 /* Appends an entry; the name is cut to what fits, unprintable characters become '?'. */
 VolumeEntry *volume_add_entry(VolumeFile *f, const char *name, const char *type, int ncomp);
@@ -59,6 +66,9 @@ typedef struct DenseShape {
     int n[3];
     bool x_fastest; /* else z is */
 } DenseShape;
+
+/* One sample from its bytes. */
+float dense_sample(DenseType type, const uint8_t *p);
 
 enum { DENSE_SIDE_MAX = 1 << 20 };
 

@@ -1,5 +1,6 @@
 /* The .npy format: magic, version, length of the header, the header (a Python dictionary of three entries as text),
  * the samples. https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html */
+#include "io/points_priv.h"
 #include "io/stream.h"
 
 #include <string.h>
@@ -45,7 +46,9 @@ static bool take_string(Text *t, char *to, size_t size)
         to[n++] = *t->p;
     }
     to[n] = 0;
-    return *t->p++ == quote;
+    if (*t->p != quote) return false;
+    t->p++;
+    return true;
 }
 
 /* A count, with the L that Python 2 wrote behind long integers. */
@@ -125,8 +128,6 @@ static bool header_parse(const char *path, const char *text, Header *h, Err *err
         return fail(err, ERR_INPUT, "%s: its .npy header is damaged; write the file again (numpy.save)", path);
     if (!type_parse(descr, &h->type))
         return fail(err, ERR_INPUT, "%s: samples of type '%s' are not read; save it as float32 (array.astype('<f4'))", path, descr);
-    if (h->ndim != 3)
-        return fail(err, ERR_INPUT, "%s: the array has %d dimensions; a volume has three, [x][y][z]", path, h->ndim);
     return true;
 }
 
@@ -161,6 +162,8 @@ static bool npy_open(VolumeFile *f, Err *err)
 {
     NpyFile *npy = (NpyFile *)f;
     if (!infile_open(&npy->in, f->path, err) || !header_read(&npy->in, &npy->header, err)) return false;
+    if (npy->header.ndim != 3)
+        return fail(err, ERR_INPUT, "%s: the array has %d dimensions; a volume has three, [x][y][z]", f->path, npy->header.ndim);
     static const char *const names[] = {"half", "float", "double"};
     volume_add_entry(f, "", names[npy->header.type.size / 4], 1);
     return true;
@@ -183,3 +186,47 @@ static bool npy_read(VolumeFile *f, int i, Grid *out, Err *err)
 static void npy_close(VolumeFile *f) { infile_close(&((NpyFile *)f)->in); }
 
 const Format NPY_FORMAT = {"NumPy array", ".npy", sizeof(NpyFile), npy_open, npy_read, npy_close};
+
+/* --- points ---------------------------------------------------------------------------------------- */
+
+static bool header_is_points(const Header *h) { return h->ndim == 2 && h->shape[1] == 3; }
+
+bool npy_holds_points(const char *path)
+{
+    InFile in = {0};
+    Header h;
+    Err err;
+    bool ok = infile_open(&in, path, &err) && header_read(&in, &h, &err) && header_is_points(&h);
+    infile_close(&in);
+    return ok;
+}
+
+static bool read_points(InFile *in, PointSet *out, Err *err)
+{
+    Header h;
+    if (!header_read(in, &h, err)) return false;
+    if (!header_is_points(&h)) return fail(err, ERR_INPUT, "%.800s: points are an array of n x 3 numbers", in->path);
+    int64_t n = h.shape[0], bytes = in->length - h.data_at, row = 3 * h.type.size;
+    if (n > INT32_MAX / 2 || n * row != bytes)
+        return fail(err, ERR_INPUT, "%.800s: %lld x 3 numbers of %d bytes do not fit the file, which holds %lld bytes of them; it is cut short or damaged", in->path,
+                    (long long)n, h.type.size, (long long)bytes);
+    uint8_t *all = NEW(uint8_t, bytes);
+    bool ok = infile_read(in, h.data_at, (size_t)bytes, all, err);
+    out->n = ok ? (int)n : 0;
+    out->place = NEW(Vec3, out->n);
+    for (int i = 0; i < out->n; i++)
+        for (int k = 0; k < 3; k++) {
+            int64_t at = h.fortran ? k * n + i : 3 * (int64_t)i + k;
+            v_set(&out->place[i], k, (double)dense_sample(h.type, all + at * h.type.size));
+        }
+    mem_free(all);
+    return ok;
+}
+
+bool npy_read_points(const char *path, PointSet *out, Err *err)
+{
+    InFile in = {0};
+    bool ok = infile_open(&in, path, err) && read_points(&in, out, err);
+    infile_close(&in);
+    return ok;
+}

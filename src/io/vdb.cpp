@@ -87,6 +87,7 @@ bool outOfReach(const VdbTree &t, Err *err)
 // OpenVDB's leaves have z fastest, our blocks x.
 template <typename TreeT> bool copyLeaves(const VdbTree &t, const TreeT &tree, Grid *out, Err *err)
 {
+    grid_reserve(out, int(tree.leafCount()));
     for (auto leaf = tree.cbeginLeaf(); leaf; ++leaf) {
         const openvdb::Coord o = leaf->origin();
         float *to = grid_add_block(out, o.x(), o.y(), o.z());

@@ -2,6 +2,7 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/io/Archive.h>
 
+#include <cmath>
 #include <sstream>
 #include <string>
 
@@ -58,6 +59,7 @@ void addBlock(const Grid &g, int b, openvdb::FloatTree &tree)
         bool in = true;
         for (int a = 0; a < 3; a++) in = in && at[a] >= g.lo[a] && at[a] <= g.hi[a];
         const float v = g.value[size_t(b) * GRID_CELLS + size_t(c)];
+        if (g.narrow) in = std::fabs(v) < g.background[0];
         if (in) leaf->setValueOn(at, v);
         else leaf->setValueOff(at, v);
     }
@@ -72,7 +74,7 @@ openvdb::FloatGrid::Ptr gridOf(const Grid &g)
     for (int t = 0; t < g.ntile; t++) {
         const GridTile &tile = g.tile[t];
         const openvdb::Index level = tile.log2side == 3 ? 1 : tile.log2side == 7 ? 2 : 3;
-        grid->tree().addTile(level, openvdb::Coord(tile.lo[0], tile.lo[1], tile.lo[2]), tile.value[0], true);
+        grid->tree().addTile(level, openvdb::Coord(tile.lo[0], tile.lo[1], tile.lo[2]), tile.value[0], !g.narrow);
     }
     for (int b = 0; b < g.nblock; b++) addBlock(g, b, grid->tree());
     return grid;

@@ -16,31 +16,67 @@ typedef struct Twin {
 } Twin;
 
 /* What closes the surface lies beyond the active bounding box. */
-static bool is_beyond_border(const Field *f, const Twin *w, int t)
+static bool is_beyond_border(const Field *f, const Mesh *m, int t)
 {
-    const int32_t *c = w->tri + 3 * t;
-    Vec3 p = affine_to_index(&f->xform, v_scale(v_add(v_add(w->pos[c[0]], w->pos[c[1]]), w->pos[c[2]]), 1.0 / 3));
+    const int32_t *c = m->corner + 3 * t;
+    Vec3 p = affine_to_index(&f->xform, v_scale(v_add(v_add(m->pos[c[0]], m->pos[c[1]]), m->pos[c[2]]), 1.0 / 3));
     for (int a = 0; a < 3; a++)
         if (v_get(p, a) < f->lo[a] || v_get(p, a) > f->hi[a]) return true;
     return false;
 }
 
-/* New numbers for the triangles and vertices kept; NONE for the others. Children (parent_to given) follow their parent. */
-static void choose_kept(const Track *tr, const Twin *w, bool open_border, const int32_t *parent_to, int32_t *tri_to, int32_t *vert_to, int count[2])
+/* Triangles around a vertex from half-edge h on, until one that is gone. */
+static int fan_size(const Mesh *m, int h, const uint8_t *gone)
 {
-    for (int v = 0; v < w->nvert; v++) vert_to[v] = open_border ? NONE : v;
-    count[0] = open_border ? 0 : w->nvert;
-    count[1] = 0;
-    for (int t = 0; t < w->ntri; t++) {
-        bool gone = parent_to ? parent_to[w->parent[t]] == NONE : open_border && is_beyond_border(tr->field, w, t);
-        tri_to[t] = gone ? NONE : count[1]++;
-        if (tri_to[t] == NONE) continue;
-        for (int k = 0; k < 3; k++) vert_to[w->tri[3 * t + k]] = 0;
-    }
     int n = 0;
+    for (; !gone[h / 3]; h = he_around(m, h)) n++;
+    return n;
+}
+
+/* Where the cut leaves a vertex more than one fan of triangles, only the largest stays. Returns whether it had. */
+static bool drop_lesser_fans(const Mesh *m, int v, uint8_t *gone)
+{
+    int fans = 0, largest = NONE, most = 0, h = m->out[v];
+    do {
+        int next = he_around(m, h), n = gone[h / 3] ? fan_size(m, next, gone) : 0;
+        fans += n > 0;
+        if (n > most) largest = next, most = n;
+        h = next;
+    } while (h != m->out[v]);
+    if (fans < 2) return false;
+    h = largest;
+    for (int k = 0; k < most; k++) h = he_around(m, h);
+    for (; h != largest; h = he_around(m, h)) gone[h / 3] = 1;
+    return true;
+}
+
+/* The mechanical triangles that are left out; to be freed. What remains is a manifold with a border. */
+static uint8_t *find_gone(const Track *tr, bool open_border)
+{
+    const Mesh *m = &tr->mesh;
+    uint8_t *gone = NEW0(uint8_t, m->ntri);
+    if (!open_border) return gone;
+    for (int t = 0; t < m->ntri; t++) gone[t] = is_beyond_border(tr->field, m, t);
+    for (bool more = true; more;) {
+        more = false;
+        for (int v = 0; v < m->nvert; v++) more = drop_lesser_fans(m, v, gone) || more;
+    }
+    return gone;
+}
+
+/* New numbers for the triangles and vertices kept; NONE for the others. */
+static void choose_kept(const Twin *w, const uint8_t *gone, int32_t *tri_to, int32_t *vert_to, int count[2])
+{
+    int nvert = 0, ntri = 0;
+    for (int v = 0; v < w->nvert; v++) vert_to[v] = NONE;
+    for (int t = 0; t < w->ntri; t++) {
+        tri_to[t] = gone[w->parent ? w->parent[t] : t] ? NONE : ntri++;
+        for (int k = 0; k < 3 && tri_to[t] != NONE; k++) vert_to[w->tri[3 * t + k]] = 0;
+    }
     for (int v = 0; v < w->nvert; v++)
-        if (vert_to[v] != NONE) vert_to[v] = n++;
-    count[0] = n;
+        if (vert_to[v] != NONE) vert_to[v] = nvert++;
+    count[0] = nvert;
+    count[1] = ntri;
 }
 
 typedef struct ColumnJob {
@@ -110,17 +146,19 @@ void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMes
     Twin fine = {f->nvert, f->ntri, f->pos, f->normal, f->id, f->tri, f->parent};
     int32_t *parent_to = NEW(int32_t, m->ntri), *tri_to = NEW(int32_t, f->ntri), *vert_to = NEW(int32_t, int_max(m->nvert, f->nvert));
     int count[2];
-    choose_kept(tr, &mech, open_border, NULL, parent_to, vert_to, count);
+    uint8_t *gone = find_gone(tr, open_border);
+    choose_kept(&mech, gone, parent_to, vert_to, count);
     if (mechanical) copy_twin(tr, &mech, parent_to, vert_to, count, NULL, mechanical);
     if (mechanical && tr->set.rest) add_rest(tr->rest.at, m->nvert, vert_to, mechanical);
     if (geometric) {
-        choose_kept(tr, &fine, open_border, parent_to, tri_to, vert_to, count);
+        choose_kept(&fine, gone, tri_to, vert_to, count);
         copy_twin(tr, &fine, tri_to, vert_to, count, parent_to, geometric);
         RestPlace *at = NEW(RestPlace, tr->set.rest ? f->nvert : 0);
         if (tr->set.rest) rest_refined(tr, at);
         if (tr->set.rest) add_rest(at, f->nvert, vert_to, geometric);
         mem_free(at);
     }
+    mem_free(gone);
     mem_free(parent_to);
     mem_free(tri_to);
     mem_free(vert_to);

@@ -36,4 +36,6 @@ if [ -n "${CACHE:-}" ]; then
 else
     bench splash 'data-samples/splash/fluid.####.vdb' phi 0 --velocity velocity
     bench smoke 'data-samples/smoke/density.####.vdb' density 0.1
+    echo "skin: a ball in n^3 voxels, $threads threads"
+    "$build/tests/skin" "$threads"
 fi

@@ -152,6 +152,24 @@ static void full_grid_closes_half_a_voxel_beyond(void **state)
     }
 }
 
+/* A tile of 4096 samples' side, clipped: a file of some kilobytes, and a hundred thousand bricks. */
+static void a_tile_out_of_proportion_is_refused(void **state)
+{
+    (void)state;
+    Grid g;
+    Field f;
+    Err err;
+    grid_init(&g, 1);
+    g.background[0] = -1;
+    grid_add_tile(&g, (GridTile){{-4096, -4096, -4096}, 12, {1, 0, 0}});
+    for (int a = 0; a < 3; a++) g.lo[a] = -1200, g.hi[a] = -1;
+    FieldSpec spec = {0, false};
+    assert_false(field_build(&f, &g, &spec, &err));
+    assert_int_equal(err.code, ERR_INPUT);
+    assert_non_null(strstr(err.text, "tile"));
+    grid_free(&g);
+}
+
 static void inside_tiles_at_the_border_make_bricks(void **state)
 {
     (void)state;
@@ -393,6 +411,7 @@ int main(void)
         cmocka_unit_test(batches_of_any_length_are_the_single_points),
         cmocka_unit_test(no_number_as_a_point_is_nowhere),
         cmocka_unit_test(full_grid_closes_half_a_voxel_beyond),
+        cmocka_unit_test(a_tile_out_of_proportion_is_refused),
         cmocka_unit_test(inside_tiles_at_the_border_make_bricks),
         cmocka_unit_test(inside_background_closes_at_the_box),
         cmocka_unit_test(what_is_no_number_is_refused_with_its_place),

@@ -20,42 +20,6 @@ extern "C" const char *__lsan_default_suppressions() { return "leak:RootNode*rea
 
 static const Samples samples;
 
-/* Writes them all to a folder; `placed`: those that need --spacing and --origin of the command. */
-static std::vector<std::string> write_all(const std::string &folder, std::vector<std::string> *placed)
-{
-    const Samples &s = samples;
-    const std::string at = folder + "/";
-    save(at + "a.npy", npy_bytes(s));
-    save(at + "a.raw", raw_bytes(s));
-    save(at + "mnt1_0001.uni", gzip(uni_bytes(s, '1', 1)));
-    save(at + "mnt2_0001.uni", gzip(uni_bytes(s, '2', 17)));
-    save(at + "mnt3_0001.uni", gzip(uni_bytes(s, '3', 17)));
-    save(at + "plain_0001.uni", uni_bytes(s, '3', 16));
-    *placed = {at + "a.npy", at + "a.raw", at + "mnt1_0001.uni", at + "mnt2_0001.uni", at + "mnt3_0001.uni", at + "plain_0001.uni"};
-
-    save(at + "raw.nrrd", nrrd_bytes(s, "raw", nrrd_directions(s), raw_bytes(s)));
-    save(at + "gzip.nrrd", nrrd_bytes(s, "GZip", nrrd_spacings(s) + "content: phi\n", gzip(raw_bytes(s))));
-    save(at + "bzip2.nrrd", nrrd_bytes(s, "bzip2", nrrd_spacings(s), bzip2(raw_bytes(s))));
-    save(at + "text.nrrd", nrrd_bytes(s, "ascii", nrrd_directions(s), text_bytes(s)));
-    save(at + "head.nhdr", nrrd_bytes(s, "raw", nrrd_directions(s) + "byte skip: -1\ndata file: head.bytes\n", {}));
-    Bytes with_head = {'x', '\n', 'y'};
-    add(with_head, raw_bytes(s).data(), s.bytes());
-    save(at + "head.bytes", with_head);
-    write_vdb(at + "a.vdb", s);
-    write_nvdb(at + "none.nvdb", s, NVDB_PLAIN);
-    write_nvdb(at + "zip.nvdb", s, nanovdb::io::Codec::ZIP);
-    write_nvdb(at + "blosc.nvdb", s, nanovdb::io::Codec::BLOSC);
-    write_exr(at + "parts.exr", s, EXR_PARTS);
-    write_exr(at + "stacked.exr", s, EXR_STACKED);
-    ExrImage piz;
-    piz.compression = EXR_COMPRESSION_PIZ;
-    write_exr(at + "piz.exr", s, EXR_STACKED, piz);
-    std::vector<std::string> own;
-    for (const char *name : {"raw.nrrd", "gzip.nrrd", "bzip2.nrrd", "text.nrrd", "head.nhdr", "a.vdb", "none.nvdb", "zip.nvdb", "blosc.nvdb", "parts.exr", "stacked.exr", "piz.exr"})
-        own.push_back(at + name);
-    return own;
-}
-
 static VolumeRequest request(bool place)
 {
     VolumeRequest r = {};
@@ -87,7 +51,7 @@ static void expect_samples(const std::string &path, const VolumeRequest &r)
 
 static void same_samples_give_the_same_grid(void **)
 {
-    std::vector<std::string> placed, own = write_all(temp_dir, &placed);
+    std::vector<std::string> placed, own = write_all(samples, temp_dir, &placed);
     for (const std::string &path : placed) expect_samples(path, request(true));
     for (const std::string &path : own) expect_samples(path, request(false));
 }
@@ -164,7 +128,7 @@ static int mutations()
 
 static void mutated_files_do_no_harm(void **)
 {
-    std::vector<std::string> all, own = write_all(temp_dir, &all);
+    std::vector<std::string> all, own = write_all(samples, temp_dir, &all);
     all.insert(all.end(), own.begin(), own.end());
     const size_t before = memory_peak();
     for (const std::string &path : all) {
@@ -199,7 +163,7 @@ static void mutated_files_do_no_harm(void **)
 
 static void truncated_files_are_refused(void **)
 {
-    std::vector<std::string> all, own = write_all(temp_dir, &all);
+    std::vector<std::string> all, own = write_all(samples, temp_dir, &all);
     all.insert(all.end(), own.begin(), own.end());
     for (const std::string &path : all) {
         if (path.find(".nhdr") != std::string::npos) continue;
@@ -211,10 +175,9 @@ static void truncated_files_are_refused(void **)
             Volume v;
             Err err = {};
             const VolumeRequest r = request(true);
-            bool text_cut = path.find("text.nrrd") != std::string::npos && n + 2 >= whole.size(); /* a number's last digit */
             if (volume_read(cut.c_str(), &r, &v, &err)) {
                 volume_free(&v);
-                if (!text_cut) fail_msg("%s: %zu of %zu bytes were taken", path.c_str(), n, whole.size());
+                fail_msg("%s: %zu of %zu bytes were taken", path.c_str(), n, whole.size());
             }
             step = n < 600 ? 7 : whole.size() / 40 + 1;
         }
@@ -519,7 +482,7 @@ int main(int argc, char **argv)
 {
     if (argc == 3 && strcmp(argv[1], "--write") == 0) {
         std::vector<std::string> placed;
-        write_all(argv[2], &placed);
+        write_all(samples, argv[2], &placed);
         return 0;
     }
     const struct CMUnitTest tests[] = {

@@ -27,10 +27,10 @@ static const nanovdb::io::Codec NVDB_PLAIN = nanovdb::io::Codec::NONE;
 
 /* Two balls that overlap, negative inside; no side like another, so that mixed-up axes show. x fastest. */
 struct Samples {
-    int n[3] = {21, 18, 24};
+    int n[3];
     double spacing[3] = {0.5, 0.25, 0.5}, origin[3] = {1, -2, 3};
     std::vector<float> value;
-    Samples()
+    Samples(int nx = 21, int ny = 18, int nz = 24) : n{nx, ny, nz}
     {
         for (int z = 0; z < n[2]; z++)
             for (int y = 0; y < n[1]; y++)
@@ -138,6 +138,7 @@ static inline Bytes text_bytes(const Samples &s)
         snprintf(word, sizeof word, "%.9g%s", double(s.value[i]), i % 7 ? " " : "\n");
         add(b, std::string(word));
     }
+    b.back() = '\n';
     return b;
 }
 
@@ -247,4 +248,41 @@ static inline void write_exr(const std::string &path, const Samples &s, ExrKind 
     exr_try(exr_write_header(f));
     for (int p = 0; p < parts; p++) exr_write_part(f, p, s.n[0], h, s.value.data() + size_t(p) * size_t(s.n[0]) * size_t(h), image.type);
     exr_try(exr_finish(&f));
+}
+
+/* --- all of them ---------------------------------------------------------------------------------- */
+
+/* Writes them all to a folder; `placed`: those that need --spacing and --origin of the command. */
+static inline std::vector<std::string> write_all(const Samples &s, const std::string &folder, std::vector<std::string> *placed)
+{
+    const std::string at = folder + "/";
+    save(at + "a.npy", npy_bytes(s));
+    save(at + "a.raw", raw_bytes(s));
+    save(at + "mnt1_0001.uni", gzip(uni_bytes(s, '1', 1)));
+    save(at + "mnt2_0001.uni", gzip(uni_bytes(s, '2', 17)));
+    save(at + "mnt3_0001.uni", gzip(uni_bytes(s, '3', 17)));
+    save(at + "plain_0001.uni", uni_bytes(s, '3', 16));
+    *placed = {at + "a.npy", at + "a.raw", at + "mnt1_0001.uni", at + "mnt2_0001.uni", at + "mnt3_0001.uni", at + "plain_0001.uni"};
+
+    save(at + "raw.nrrd", nrrd_bytes(s, "raw", nrrd_directions(s), raw_bytes(s)));
+    save(at + "gzip.nrrd", nrrd_bytes(s, "GZip", nrrd_spacings(s) + "content: phi\n", gzip(raw_bytes(s))));
+    save(at + "bzip2.nrrd", nrrd_bytes(s, "bzip2", nrrd_spacings(s), bzip2(raw_bytes(s))));
+    save(at + "text.nrrd", nrrd_bytes(s, "ascii", nrrd_directions(s), text_bytes(s)));
+    save(at + "head.nhdr", nrrd_bytes(s, "raw", nrrd_directions(s) + "byte skip: -1\ndata file: head.bytes\n", {}));
+    Bytes with_head = {'x', '\n', 'y'};
+    add(with_head, raw_bytes(s).data(), s.bytes());
+    save(at + "head.bytes", with_head);
+    write_vdb(at + "a.vdb", s);
+    write_nvdb(at + "none.nvdb", s, NVDB_PLAIN);
+    write_nvdb(at + "zip.nvdb", s, nanovdb::io::Codec::ZIP);
+    write_nvdb(at + "blosc.nvdb", s, nanovdb::io::Codec::BLOSC);
+    write_exr(at + "parts.exr", s, EXR_PARTS);
+    write_exr(at + "stacked.exr", s, EXR_STACKED);
+    ExrImage piz;
+    piz.compression = EXR_COMPRESSION_PIZ;
+    write_exr(at + "piz.exr", s, EXR_STACKED, piz);
+    std::vector<std::string> own;
+    for (const char *name : {"raw.nrrd", "gzip.nrrd", "bzip2.nrrd", "text.nrrd", "head.nhdr", "a.vdb", "none.nvdb", "zip.nvdb", "blosc.nvdb", "parts.exr", "stacked.exr", "piz.exr"})
+        own.push_back(at + name);
+    return own;
 }
