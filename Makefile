@@ -16,7 +16,7 @@ endif
 # What Debian 12 must have: to build, and to check.
 BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev \
 	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev
-CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats jq mandoc
+CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats jq mandoc slurm-wlm munge
 
 FLAGS_release = -O3 -DNDEBUG
 FLAGS_debug = -O0 -g

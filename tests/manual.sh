@@ -31,6 +31,7 @@ check_command mesh
 check_command skin
 check_command field
 check_command info
+check_command farm
 check_command check
 check_command diff
 # Every figure of check.

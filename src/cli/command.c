@@ -15,7 +15,7 @@ static const struct {
     {"field", "sample a scene into a grid sequence", field_command},
     {"render", "picture a mesh sequence", NULL},
     {"check", "measure meshes against the field they came from", check_command},
-    {"farm", "cut a sequence into chunks and stitch the results", NULL},
+    {"farm", "cut a sequence into chunks and stitch the results", farm_command},
     {"report", "a page of plots and events", NULL},
     {"diff", "compare two meshes or sequences", diff_command},
     {"info", "what a volume or mesh file holds", info_command},

@@ -10,3 +10,4 @@ int skin_command(int argc, char **argv);
 int info_command(int argc, char **argv);
 int check_command(int argc, char **argv);
 int diff_command(int argc, char **argv);
+int farm_command(int argc, char **argv);

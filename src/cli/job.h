@@ -28,6 +28,8 @@ typedef struct MeshJob {
     unsigned formats;
     bool gltf_step, print;
     bool resume, keep_state, follow;
+    bool is_chunk;              /* a part of a sequence (farm): its frames go to one file (chunk.h); never by options of mesh */
+    int place, nplace;          /* of its frames in the sequence */
     uint64_t max_memory;        /* bytes; 0: no limit */
     const char *start_from;     /* NULL: anew */
     Turn turn;                  /* of what is written */
@@ -54,8 +56,13 @@ typedef struct MeshJob {
 bool job_make(MeshJob *job, const Options *o, Err *err);
 /* Loads the scene where one is named as the frames, with its frame rate where no other is given. job_free in any case. */
 bool job_load_scene(MeshJob *job, Options *o, Err *err);
+/* What the frames' numbers rise by: of 10, 12, 14: 2. Played at a half of the frame rate they keep their pace, without gaps.
+ * Of names on standard input nothing is known yet: 1. */
+bool job_find_step(const MeshJob *job, const Options *o, int64_t *step, Err *err);
 /* The frames: of the scene, or those that the operands name. */
 bool job_open_sequence(const MeshJob *job, const Options *o, Sequence *out, Err *err);
+/* Frame intervals from one number to the next; 1 where there is none before (NONE). Names on standard input need not come in order. */
+int job_intervals(int64_t from, int64_t to, int64_t step);
 void job_free(MeshJob *job);
 
 /* The settings as the report's first line has them. */

@@ -34,9 +34,16 @@ static const OptionSpec check_table[] = {
 static const OptionSpec diff_table[] = {
 #include "cli/diff.def"
 };
-_Static_assert((int)FIELD_OPTION_COUNT <= (int)OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)OPTION_COUNT &&
-                   (int)CHECK_OPTION_COUNT <= (int)OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)OPTION_COUNT &&
-                   (int)SKIN_OPTION_COUNT <= (int)OPTION_COUNT,
+#define OPTION ROW
+static const OptionSpec farm_table[] = { /* what mesh takes, in the same places, and its own */
+#define SECTION(heading)
+#include "cli/options.def"
+#define OPTION ROW
+#include "cli/farm.def"
+};
+_Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
+                   (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
+                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
                "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
@@ -45,6 +52,7 @@ const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
 const OptionTable skin_options = {"skin", SKIN_OPTION_COUNT, skin_table};
 const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
 const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
+const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
 
@@ -285,4 +293,9 @@ void options_print_table(FILE *out, const OptionTable *table)
 {
     fputc('\n', out);
     for (int i = 0; i < table->count; i++) print_option(out, &table->spec[i]);
+}
+
+void farm_print_options(FILE *out)
+{
+    options_print_table(out, &(OptionTable){"farm", FARM_OPTION_COUNT - OPTION_COUNT, farm_table + OPTION_COUNT});
 }

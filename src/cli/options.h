@@ -67,13 +67,21 @@ typedef enum SkinOptionId {
 #include "cli/skin.def"
     SKIN_OPTION_COUNT
 } SkinOptionId;
+/* Behind those of mesh, which it takes too. */
+typedef enum FarmOptionId {
+    FARM_BEFORE = OPTION_COUNT - 1,
+#define SECTION(heading)
+#define OPTION(id, ...) FARM_##id,
+#include "cli/farm.def"
+    FARM_OPTION_COUNT
+} FarmOptionId;
 
 typedef struct OptionTable {
     const char *command;
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, farm_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */
@@ -86,7 +94,7 @@ typedef struct OptionValue {
 
 typedef struct Options {
     const OptionTable *table;
-    OptionValue value[OPTION_COUNT];
+    OptionValue value[FARM_OPTION_COUNT]; /* the largest table */
     int noperand;
     char **operand;           /* [noperand] borrowed from argv */
 } Options;
@@ -110,3 +118,5 @@ static inline const char *option_text(const Options *o, int id) { return o->valu
 /* The table of `mesh` as --help shows it, with its headings; any table, without. */
 void options_print(FILE *out);
 void options_print_table(FILE *out, const OptionTable *table);
+/* What farm takes beside. */
+void farm_print_options(FILE *out);

@@ -1,5 +1,6 @@
 #include "cli/outputs.h"
 
+#include "cli/chunk.h"
 #include "cli/state.h"
 #include "io/ply.h"
 
@@ -9,7 +10,7 @@
 static const char *const kind_name[KIND_COUNT] = {"mechanical", "geometric"};
 static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
-static const char *const lines_name[LINES_COUNT] = {"report", "events", "timings"};
+static const char *const lines_name[] = {"report", "events", "timings"};
 
 /* PREFIX.middle.ending, or PREFIX.middle.label.ending. */
 static char *name_of(const char *prefix, const char *middle, const char *label, const char *ending)
@@ -25,9 +26,17 @@ void outframe_free(OutFrame *f)
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int k = 0; k < 2; k++) mem_free(f->carried[kind][k]);
     mem_free(f->surface);
-    mem_free(f->events);
+    events_free(&f->events);
+    mem_free(f->since);
     store_free(&f->state);
     *f = (OutFrame){0};
+}
+
+static bool has_lines(const MeshJob *job, int i) { return job->is_chunk == (i == LINES_CHUNK); }
+
+static char *lines_path(const MeshJob *job, int i)
+{
+    return i == LINES_CHUNK ? chunk_path(job->prefix) : name_of(job->prefix, lines_name[i], "", "jsonl");
 }
 
 /* --- opening ---------------------------------------------------------------------------------------- */
@@ -44,8 +53,9 @@ static void close_all(Outputs *o, bool remove)
 /* `s`: NULL for a new run. */
 static bool open_lines(Outputs *o, int i, Store *s, Err *err)
 {
-    char *path = name_of(o->job->prefix, lines_name[i], "", "jsonl");
     uint64_t length = 0;
+    if (!has_lines(o->job, i)) return true;
+    char *path = lines_path(o->job, i);
     if (s) STORE(s, length);
     bool good = !s ? outfile_open(&o->lines[i], path, err) : !s->bad && outfile_reopen(&o->lines[i], path, length, err);
     mem_free(path);
@@ -55,7 +65,7 @@ static bool open_lines(Outputs *o, int i, Store *s, Err *err)
 static bool open_gltf(Outputs *o, int kind, int file, double fps, Store *s, Err *err)
 {
     const MeshJob *job = o->job;
-    if (!(job->formats & gltf_format[file])) return true;
+    if (!(job->formats & gltf_format[file]) || job->is_chunk) return true;
     char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
     GltfOptions options = {.path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step};
     o->gltf[kind][file] = s ? gltf_reopen(&options, s, err) : gltf_open(&options, err);
@@ -78,7 +88,11 @@ static bool open_all(Outputs *o, double fps, Store *s, Err *err)
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)
 {
     *o = (Outputs){.job = job, .totals = report_totals_zero()};
-    return state_remove(job->prefix, err) && open_all(o, fps, NULL, err);
+    if (!state_remove(job->prefix, err) || !open_all(o, fps, NULL, err)) return false;
+    if (!job->is_chunk || chunk_begin(&o->lines[LINES_CHUNK], err)) return true;
+    close_all(o, true);
+    o->job = NULL;
+    return false;
 }
 
 bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *err)
@@ -143,6 +157,7 @@ static bool write_state(Outputs *o, Store *s, Err *err)
     STORE(s, o->nframe);
     STORE(s, o->totals);
     for (int i = 0; i < LINES_COUNT; i++) {
+        if (!has_lines(o->job, i)) continue;
         uint64_t length = outfile_length(&o->lines[i]);
         STORE(s, length);
         if (!outfile_sync(&o->lines[i], err)) return false;
@@ -158,17 +173,31 @@ static bool write_state(Outputs *o, Store *s, Err *err)
     return true;
 }
 
-bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err)
+static bool write_frame(Outputs *o, OutFrame *f, Err *err)
 {
     double start = console_clock();
     if (f->mesh && !write_meshes(o, f, err)) return false;
     const FrameStat *stat = f->fate == FRAME_TRACKED ? &f->stat : NULL;
     report_write_frame(o->lines[LINES_REPORT].stream, f->label, f->fate, f->surface, stat);
-    if (f->events) fputs(f->events, o->lines[LINES_EVENTS].stream);
+    if (stat) events_write_frame(o->lines[LINES_EVENTS].stream, f->label, f->since, &f->events);
     f->seconds.write = console_clock() - start; /* but for the state, which holds them */
     timings_write_frame(o->lines[LINES_TIMINGS].stream, f->label, &f->seconds);
     report_totals_add(&o->totals, f->fate, stat, &f->seconds);
-    return write_state(o, &f->state, err);
+    return true;
+}
+
+static bool write_record(Outputs *o, OutFrame *f, Err *err)
+{
+    if (!chunk_add_frame(&o->lines[LINES_CHUNK], f, err)) return false;
+    o->nframe++;
+    report_totals_add(&o->totals, f->fate, f->fate == FRAME_TRACKED ? &f->stat : NULL, &f->seconds);
+    return true;
+}
+
+bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err)
+{
+    if (!(o->job->is_chunk ? write_record : write_frame)(o, f, err)) return false;
+    return f->state.n == 0 || write_state(o, &f->state, err);
 }
 
 /* --- the end -------------------------------------------------------------------------------------- */
@@ -185,14 +214,19 @@ static int collect_runs(const Outputs *o, ReportRuns runs[KIND_COUNT])
     return n;
 }
 
-/* Everything under its final name, beside the parts. */
-static bool publish(Outputs *o, bool complete, Err *err)
+static void write_totals(Outputs *o, bool complete)
 {
     ReportRuns runs[KIND_COUNT];
     int nruns = collect_runs(o, runs);
     report_write_totals(o->lines[LINES_REPORT].stream, &o->totals, nruns, runs, complete);
     events_write_totals(o->lines[LINES_EVENTS].stream, &o->totals, complete);
     timings_write_totals(o->lines[LINES_TIMINGS].stream, &o->totals);
+}
+
+/* Everything under its final name, beside the parts. */
+static bool publish(Outputs *o, bool complete, Err *err)
+{
+    if (!o->job->is_chunk) write_totals(o, complete);
     bool good = true;
     Err later; /* the first failure is told */
     for (int kind = 0; kind < KIND_COUNT; kind++)
@@ -204,7 +238,7 @@ static bool publish(Outputs *o, bool complete, Err *err)
             mem_free(path);
         }
     for (int i = 0; i < LINES_COUNT; i++)
-        if (!outfile_publish(&o->lines[i], good ? err : &later)) good = false;
+        if (has_lines(o->job, i) && !outfile_publish(&o->lines[i], good ? err : &later)) good = false;
     return good;
 }
 
@@ -220,16 +254,17 @@ bool outputs_close(Outputs *o, bool complete, Err *err)
     return good;
 }
 
-static void sweep(const MeshJob *job, const char *middle, const char *ending)
+static void sweep_lines(const MeshJob *job, int i)
 {
-    char *path = name_of(job->prefix, middle, "", ending);
-    remove(path);
+    char *path = lines_path(job, i);
+    outfile_sweep(path);
     mem_free(path);
 }
 
 bool outputs_sweep(const MeshJob *job, Err *err)
 {
-    for (int i = 0; i < LINES_COUNT; i++) sweep(job, lines_name[i], "jsonl.part");
+    for (int i = 0; i < LINES_COUNT; i++)
+        if (has_lines(job, i)) sweep_lines(job, i);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) {
             char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);

@@ -11,7 +11,8 @@
 
 enum { KIND_MECHANICAL, KIND_GEOMETRIC, KIND_COUNT };
 enum { GLTF_FILE_COUNT = 2 };                              /* .glb, .gltf */
-enum { LINES_REPORT, LINES_EVENTS, LINES_TIMINGS, LINES_COUNT }; /* .jsonl */
+/* What grows: three .jsonl, or for a chunk alone what chunk.h describes. */
+enum { LINES_REPORT, LINES_EVENTS, LINES_TIMINGS, LINES_CHUNK, LINES_COUNT };
 
 /* A frame as it is handed over to be written. */
 typedef struct OutFrame {
@@ -24,8 +25,9 @@ typedef struct OutFrame {
     FrameStat stat;                   /* tracked */
     StageSeconds seconds;             /* but for `write` */
     char *surface;                    /* owned: how it was chosen; NULL: as before */
-    char *events;                     /* owned: the lines of PREFIX.events.jsonl; NULL: none */
-    Store state;                      /* owned: what the run will need; the outputs' own is put behind it */
+    FrameEvents events;               /* owned; tracked */
+    char *since;                      /* owned: the label of the frame tracked before; NULL: there was none */
+    Store state;                      /* owned: what the run will need; the outputs' own is put behind it. Empty: none is kept */
 } OutFrame;
 void outframe_free(OutFrame *f);
 
@@ -34,7 +36,7 @@ typedef struct Outputs {
     OutFile lines[LINES_COUNT];
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
     ReportTotals totals;
-    int nframe;                              /* shown so far */
+    int nframe;                              /* shown so far; in a chunk, all */
     bool kept;                               /* a state of this run is on disk */
     bool left;                               /* closed, and there to be gone on with */
 } Outputs;

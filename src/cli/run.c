@@ -34,25 +34,12 @@ static void say_problems(Run *run, const char *label, const FrameStat *s)
                    s->cg_iterations, s->remade_components, 100 * (isnan(s->ids_kept) ? 1 : s->ids_kept));
 }
 
-/* Frame intervals from one number to the next. Names on standard input need not come in order. */
-static int intervals(int64_t from, int64_t to, int64_t step)
+/* What happened since the last frame tracked, whatever was skipped or held between. */
+static void take_events(Run *run, const char *label, OutFrame *out)
 {
-    int64_t n = from == NONE ? 1 : (to - from) / step;
-    return n < 1 ? 1 : n > INT32_MAX ? INT32_MAX : (int)n;
-}
-
-/* What happened since the last frame tracked, whatever was skipped or held between. To be freed. */
-static char *tell_events(Run *run, const char *label)
-{
-    char *text = NULL;
-    size_t size;
-    FILE *lines = open_memstream(&text, &size);
-    if (!lines) return NULL;
-    events_write_frame(lines, label, run->tracked_label, track_events(run->track));
-    fclose(lines);
-    mem_free(run->tracked_label);
+    out->events = track_take_events(run->track);
+    out->since = run->tracked_label;
     run->tracked_label = mem_text(label);
-    return text;
 }
 
 /* Where a run of the glTF ends, the last meshes shown are carried on to this frame. */
@@ -102,7 +89,7 @@ static bool track_one(Run *run, const Options *o, ReadFrame *f, double wait_s, E
     say_choices(run, f);
     OutFrame out = {.fate = FRAME_TRACKED, .surface = f->why[0] ? mem_text(f->why) : NULL};
     int64_t number = f->frame.number;
-    if (!track_frame(run->track, &f->field, f->has_velocity ? &f->velocity : NULL, intervals(run->tracked, number, 1), &out.stat, err)) {
+    if (!track_frame(run->track, &f->field, f->has_velocity ? &f->velocity : NULL, job_intervals(run->tracked, number, 1), &out.stat, err)) {
         outframe_free(&out);
         return false;
     }
@@ -110,9 +97,9 @@ static bool track_one(Run *run, const Options *o, ReadFrame *f, double wait_s, E
     out.seconds = report_stages(&out.stat);
     out.seconds.wait = wait_s;
     out.mesh = take_meshes(run, f);
-    out.gap = intervals(run->shown, number, run->step);
+    out.gap = job_intervals(run->shown, number, run->step);
     carry_last(run, out.mesh, &out);
-    out.events = tell_events(run, f->frame.digits);
+    take_events(run, f->frame.digits, &out);
     run->tracked = run->shown = number;
     run->shown_at = !run->shown_at;
     run->next = !run->next;
@@ -130,7 +117,7 @@ static bool pass_over(Run *run, const Options *o, ReadFrame *f, double wait_s, E
     console_problem(&run->console, "frame %s is %s: %s", f->frame.digits, hold ? "held" : "skipped", f->err.text);
     OutFrame out = {.fate = hold ? FRAME_HELD : FRAME_SKIPPED, .seconds = {.wait = wait_s}};
     if (hold) {
-        out.gap = intervals(run->shown, f->frame.number, run->step);
+        out.gap = job_intervals(run->shown, f->frame.number, run->step);
         out.mesh = run->mesh[run->shown_at];
         run->shown = f->frame.number;
     }
@@ -138,35 +125,6 @@ static bool pass_over(Run *run, const Options *o, ReadFrame *f, double wait_s, E
 }
 
 /* --- the sequence --------------------------------------------------------------------------------- */
-
-static int64_t common_divisor(int64_t a, int64_t b)
-{
-    while (b) {
-        int64_t rest = a % b;
-        a = b;
-        b = rest;
-    }
-    return a;
-}
-
-/* The step of a sequence such as 10, 12, 14: played at a half of the frame rate it keeps its pace, without gaps.
- * Of names on standard input nothing is known yet: 1. */
-static bool find_step(const MeshJob *job, const Options *o, int64_t *step, Err *err)
-{
-    Sequence s;
-    Frame *frame = NEW(Frame, 1);
-    int64_t last = NONE;
-    *step = 0;
-    bool good = job_open_sequence(job, o, &s, err);
-    while (good && sequence_length(&s) != NONE && sequence_next(&s, frame, err) == SEQUENCE_FRAME) {
-        if (last != NONE) *step = common_divisor(frame->number - last, *step);
-        last = frame->number;
-    }
-    if (good) sequence_close(&s);
-    if (*step == 0) *step = 1;
-    mem_free(frame);
-    return good;
-}
 
 /* True when the last frame is done, or a signal asks for an end between frames. */
 static bool follow(Run *run, const Options *o, Err *err)
@@ -185,12 +143,24 @@ static bool follow(Run *run, const Options *o, Err *err)
     }
 }
 
+/* A chunk's frames, by the places that the plan gave them. */
+static bool pick_places(Run *run, Err *err)
+{
+    const MeshJob *job = &run->job;
+    int n = sequence_length(&run->sequence);
+    if (n == NONE || job->place > n || job->nplace > n - job->place)
+        return fail(err, ERR_INPUT, "there are %d frames now, fewer than the plan was made for; plan again, or bring the others back", int_max(n, 0));
+    sequence_pick(&run->sequence, job->place, job->nplace);
+    return true;
+}
+
 /* False also where nothing is left to do: err->code is ERR_NONE then. */
 static bool open_all(Run *run, const Options *o, Err *err)
 {
     const MeshJob *job = &run->job;
-    if (!find_step(job, o, &run->step, err)) return false;
+    if (!job_find_step(job, o, &run->step, err)) return false;
     if (!job_open_sequence(job, o, &run->sequence, err)) return false;
+    if (job->is_chunk && !pick_places(run, err)) return false;
     run->track = track_open(&job->track);
     ResumeKind kind = run_resume(run, o, err);
     if (kind == RESUME_FAILED) return false;
@@ -201,7 +171,7 @@ static bool open_all(Run *run, const Options *o, Err *err)
     if (kind == RESUME_ON) console_note(&run->console, "going on after %d frames", run->done);
     if (kind == RESUME_NEW) {
         if (!outputs_open(&run->out, job, job->track.fps / (double)run->step, err)) return false;
-        job_echo(o, TWINMESH_VERSION, run->out.lines[LINES_REPORT].stream);
+        if (!job->is_chunk) job_echo(o, TWINMESH_VERSION, run->out.lines[LINES_REPORT].stream);
     }
     run->writer = writer_open(&run->out, err);
     if (!run->writer) return false;

@@ -1,4 +1,4 @@
-/* scene_job.c: a scene in place of frames. */
+/* scene_job.c: the frames of a job; a scene in place of them. */
 #include "cli/job.h"
 
 #include <stdio.h>
@@ -30,6 +30,39 @@ bool job_open_sequence(const MeshJob *job, const Options *o, Sequence *out, Err 
     if (job->source.next) return job->source.open(job->source.maker, out, err);
     if (job->has_scene) return sequence_open_numbers(out, s->path, s->first, s->last, job->frames, err);
     return sequence_open(out, o->noperand, o->operand, job->frames, volume_is_known, err);
+}
+
+static int64_t common_divisor(int64_t a, int64_t b)
+{
+    while (b) {
+        int64_t rest = a % b;
+        a = b;
+        b = rest;
+    }
+    return a;
+}
+
+bool job_find_step(const MeshJob *job, const Options *o, int64_t *step, Err *err)
+{
+    Sequence s;
+    Frame *frame = NEW(Frame, 1);
+    int64_t last = NONE;
+    *step = 0;
+    bool good = job_open_sequence(job, o, &s, err);
+    while (good && sequence_length(&s) != NONE && sequence_next(&s, frame, err) == SEQUENCE_FRAME) {
+        if (last != NONE) *step = common_divisor(frame->number - last, *step);
+        last = frame->number;
+    }
+    if (good) sequence_close(&s);
+    if (*step == 0) *step = 1;
+    mem_free(frame);
+    return good;
+}
+
+int job_intervals(int64_t from, int64_t to, int64_t step)
+{
+    int64_t n = from == NONE ? 1 : (to - from) / step;
+    return n < 1 ? 1 : n > INT32_MAX ? INT32_MAX : (int)n;
 }
 
 void job_free(MeshJob *job)

@@ -193,3 +193,12 @@ void outfile_abort(OutFile *f)
     if (f->stream) remove(f->part);
     outfile_leave(f);
 }
+
+void outfile_sweep(const char *path)
+{
+    size_t size = strlen(path) + sizeof ".part";
+    char *part = NEW(char, size);
+    snprintf(part, size, "%s.part", path);
+    remove(part);
+    mem_free(part);
+}

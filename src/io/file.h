@@ -33,5 +33,7 @@ bool outfile_publish(OutFile *f, Err *err);
 bool outfile_commit(OutFile *f, Err *err);
 /* Removes the part; does nothing on a zeroed OutFile. */
 void outfile_abort(OutFile *f);
+/* Removes the part that a killed run left of the file `path`. */
+void outfile_sweep(const char *path);
 /* Closes and leaves the part for outfile_reopen; does nothing on a zeroed OutFile. */
 void outfile_leave(OutFile *f);

@@ -39,6 +39,25 @@ bool trimesh_is_same_run(const TriMesh *a, const TriMesh *b)
            memcmp(a->id, b->id, (size_t)a->nvert * sizeof *a->id) == 0;
 }
 
+static int32_t root_of(int32_t *up, int32_t v)
+{
+    while (up[v] != v) v = up[v] = up[up[v]];
+    return v;
+}
+
+int trimesh_components(const TriMesh *m, int32_t *comp)
+{
+    int n = 0;
+    for (int v = 0; v < m->nvert; v++) comp[v] = v;
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        int32_t a = root_of(comp, m->tri[h]), b = root_of(comp, m->tri[h - h % 3]);
+        comp[int_max(a, b)] = int_min(a, b);
+    }
+    for (int v = 0; v < m->nvert; v++) comp[v] = root_of(comp, v);
+    for (int v = 0; v < m->nvert; v++) comp[v] = comp[v] == v ? n++ : comp[comp[v]]; /* a root comes before the rest of its part */
+    return n;
+}
+
 void trimesh_store(TriMesh *m, Store *s)
 {
     uint8_t velocity = m->velocity != NULL, parent = m->parent != NULL;

@@ -20,5 +20,7 @@ void trimesh_init(TriMesh *m, int nvert, int ntri, bool with_velocity, bool with
 void trimesh_free(TriMesh *m); /* leaves an empty mesh */
 /* Same triangles over the same identities, in the same order. */
 bool trimesh_is_same_run(const TriMesh *a, const TriMesh *b);
+/* comp[nvert]: which connected part each vertex is of, numbered by first vertex. Returns how many. */
+int trimesh_components(const TriMesh *m, int32_t *comp);
 /* A mesh into a store, or out of it into one that is zero: its indices are sound, or the store is bad. */
 void trimesh_store(TriMesh *m, Store *s);

@@ -95,6 +95,15 @@ void sequence_close(Sequence *s)
     *s = (Sequence){0};
 }
 
+void sequence_pick(Sequence *s, int place, int count)
+{
+    ASSERT(!s->names && place >= 0 && count >= 0 && place <= s->nentry - count);
+    for (int i = 0; i < s->nentry; i++)
+        if (i < place || i >= place + count) mem_free(s->entry[i].path);
+    if (count) memmove(s->entry, s->entry + place, (size_t)count * sizeof *s->entry);
+    s->nentry = count;
+}
+
 static void frame_fill(Frame *out, const char *path, NumberSpan span, int64_t number)
 {
     snprintf(out->path, sizeof out->path, "%s", path);

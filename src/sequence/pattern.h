@@ -40,6 +40,8 @@ typedef bool IsVolumeFn(const char *path);
 bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames, IsVolumeFn *is_volume, Err *err);
 /* A run of frames that one file holds (a scene): numbers first ... last, of which `frames` (or NULL) picks some. */
 bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t last, const char *frames, Err *err);
+/* Leaves `count` frames, from the place-th on; standard input has no places. */
+void sequence_pick(Sequence *s, int place, int count);
 void sequence_close(Sequence *s);
 /* The next frame; waits for it where names come on standard input. */
 SequenceStep sequence_next(Sequence *s, Frame *out, Err *err);

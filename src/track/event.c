@@ -13,7 +13,12 @@ const char *event_kind_name(EventKind kind)
     return name[kind];
 }
 
-const FrameEvents *track_events(const Track *tr) { return &tr->events; }
+FrameEvents track_take_events(Track *tr)
+{
+    FrameEvents e = tr->events;
+    tr->events = (FrameEvents){0};
+    return e;
+}
 
 void events_free(FrameEvents *e)
 {
@@ -24,6 +29,35 @@ void events_free(FrameEvents *e)
     mem_free(e->number);
     mem_free(e->place);
     *e = (FrameEvents){0};
+}
+
+static bool event_is_sound(const FrameEvents *e, const FrameEvent *v)
+{
+    return v->kind < EVENT_KINDS && v->before >= 0 && v->nbefore >= 0 && v->before <= e->nnumber - v->nbefore &&
+           v->after >= 0 && v->nafter >= 0 && v->after <= e->nnumber - v->nafter && v->nbefore + v->nafter > 0 &&
+           v->place >= 0 && v->nplace >= 1 && v->place <= e->nplace - v->nplace;
+}
+
+void events_store(FrameEvents *e, Store *s)
+{
+    uint8_t first = e->first;
+    STORE(s, first);
+    STORE(s, e->nbefore);
+    STORE(s, e->nafter);
+    STORE(s, e->nlink);
+    STORE(s, e->nevent);
+    STORE(s, e->nnumber);
+    STORE(s, e->nplace);
+    STORE_ARRAY(s, e->before, e->nbefore);
+    STORE_ARRAY(s, e->after, e->nafter);
+    STORE_ARRAY(s, e->link, e->nlink);
+    STORE_ARRAY(s, e->event, e->nevent);
+    STORE_ARRAY(s, e->number, e->nnumber);
+    STORE_ARRAY(s, e->place, e->nplace);
+    if (!s->reading) return;
+    e->first = first;
+    for (int i = 0; i < e->nevent && !s->bad; i++) store_expect(s, event_is_sound(e, &e->event[i]));
+    if (s->bad) events_free(e);
 }
 
 /* --- what is known --------------------------------------------------------------------------------------------------------- */

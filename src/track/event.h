@@ -4,7 +4,7 @@
  * one frame are those before the next, and mostly stay what they are. Two components are linked when vertices of the one
  * are in the other; small ones that were drawn anew are linked by their place, or by what they enclose (lineage.c). */
 #pragma once
-#include "base/base.h"
+#include "base/store.h"
 #include "base/vec.h"
 
 typedef enum EventKind {
@@ -42,6 +42,10 @@ typedef struct FrameEvents {
     int nplace, capplace;
     Vec3 *place;
 } FrameEvents;
+
+void events_free(FrameEvents *e);
+/* Into a store, or out of it into one that is zero: its indices are sound, or the store is bad. */
+void events_store(FrameEvents *e, Store *s);
 
 /* As files have it: "blend", "hole-open"... */
 const char *event_kind_name(EventKind kind);

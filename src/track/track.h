@@ -91,8 +91,8 @@ const ChangeList *track_changes(const Track *tr);
  * the grid's active bounding box. Either may be NULL. */
 void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMesh *geometric);
 
-/* What became of the components in the frame just tracked; valid until the next one. */
-const FrameEvents *track_events(const Track *tr);
+/* What became of the components in the frame just tracked: once a frame; to be freed. */
+FrameEvents track_take_events(Track *tr);
 
 /* The vertices of last frame's mesh carried to the field of the frame just tracked, for the last stretch of a run of
  * animated glTF: velocity, then projection, held where that fails. pos, normal: [3*mesh->nvert]. */

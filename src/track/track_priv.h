@@ -127,7 +127,6 @@ void bodies_take(Bodies *b, const Mesh *m);
 void bodies_free(Bodies *b);
 /* Fills tr->events and the frame's counts; the mesh is as it will be written. */
 void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat);
-void events_free(FrameEvents *e);
 
 /* --- motion.c ------------------------------------------------------------------------------------------------------- */
 

@@ -11,7 +11,7 @@ typedef struct Run {
     Field field[2];
     int frames;
     FrameStat stat;
-    const FrameEvents *e;
+    FrameEvents events;
     int sum[EVENT_KINDS];  /* counts of all frames */
 } Run;
 
@@ -24,6 +24,7 @@ static Run run_open(void)
 static void run_close(Run *r)
 {
     track_close(r->tr);
+    events_free(&r->events);
     for (int i = 0; i < 2; i++) field_free(&r->field[i]);
 }
 
@@ -32,8 +33,8 @@ static void assert_balance(const Run *r)
 {
     const int *n = r->stat.events;
     int change = n[EVENT_SPLIT] - n[EVENT_BLEND] + n[EVENT_BIRTH] - n[EVENT_DEATH];
-    if (!r->e->first) assert_int_equal(r->e->nafter, r->e->nbefore + change);
-    assert_int_equal(r->e->nafter, r->stat.components);
+    if (!r->events.first) assert_int_equal(r->events.nafter, r->events.nbefore + change);
+    assert_int_equal(r->events.nafter, r->stat.components);
 }
 
 static void run_field(Run *r, Field f)
@@ -43,11 +44,12 @@ static void run_field(Run *r, Field f)
     field_free(&r->field[i]);
     r->field[i] = f;
     if (!track_frame(r->tr, &r->field[i], NULL, 1, &r->stat, &err)) fail_msg("%s", err.text);
-    r->e = track_events(r->tr);
+    events_free(&r->events);
+    r->events = track_take_events(r->tr);
     for (int k = 0; k < EVENT_KINDS; k++) r->sum[k] += r->stat.events[k];
-    for (int k = 0; getenv("TWINMESH_TOLD") && k < r->e->nevent; k++) {
-        const FrameEvent *v = &r->e->event[k];
-        Vec3 p = r->e->place[v->place];
+    for (int k = 0; getenv("TWINMESH_TOLD") && k < r->events.nevent; k++) {
+        const FrameEvent *v = &r->events.event[k];
+        Vec3 p = r->events.place[v->place];
         print_message("frame %d: %s of %d to %d, count %d, replaced %d, at %.2f %.2f %.2f\n", r->frames, event_kind_name(v->kind), v->nbefore, v->nafter, v->count, v->replaced, p.x, p.y, p.z);
     }
     assert_balance(r);
@@ -76,10 +78,10 @@ static void run_scene_frame(Run *r, SceneRun *scene, int frame)
 static const FrameEvent *only(const Run *r, EventKind kind)
 {
     const FrameEvent *found = NULL;
-    for (int i = 0; i < r->e->nevent; i++) {
-        if (r->e->event[i].kind != kind) continue;
+    for (int i = 0; i < r->events.nevent; i++) {
+        if (r->events.event[i].kind != kind) continue;
         assert_null(found);
-        found = &r->e->event[i];
+        found = &r->events.event[i];
     }
     assert_non_null(found);
     return found;
@@ -87,7 +89,7 @@ static const FrameEvent *only(const Run *r, EventKind kind)
 
 static void assert_place(const Run *r, const FrameEvent *v, Vec3 p, double within)
 {
-    double d = v_dist(r->e->place[v->place], p);
+    double d = v_dist(r->events.place[v->place], p);
     if (d > within) fail_msg("%s is %.2f away from its place", event_kind_name(v->kind), d);
 }
 
@@ -108,11 +110,11 @@ static void balls_that_merge_blend_once_and_part_once(void **state)
     for (int f = 0; f < 10; f++) {
         double x = f < 5 ? f : 9 - f; /* there and back */
         run_frame(&r, 34, fn_two_balls, (double[]){9.3 + x, 12.6, 12.8, 6, 24.7 - x, 12.6, 12.8, 6});
-        assert_true(r.e->first == (f == 0));
+        assert_true(r.events.first == (f == 0));
         if (f && r.stat.components < components) {
             const FrameEvent *v = only(&r, EVENT_BLEND);
             assert_true(v->nbefore == 2 && v->nafter == 1 && v->count == 1 && v->nplace == 1);
-            assert_true(r.e->number[v->before] == r.e->before[0] && r.e->number[v->before + 1] == r.e->before[1]);
+            assert_true(r.events.number[v->before] == r.events.before[0] && r.events.number[v->before + 1] == r.events.before[1]);
             assert_place(&r, v, vec3(17, 12.6, 12.8), 1.5);
         }
         if (f && r.stat.components > components) {
@@ -139,7 +141,7 @@ static void three_balls_meet_at_once(void **state)
         if (!r.stat.events[EVENT_BLEND]) continue;
         const FrameEvent *v = only(&r, EVENT_BLEND);
         assert_true(v->nbefore == 3 && v->nafter == 1 && v->count == 2 && v->nplace == 2);
-        assert_true(v_dist(r.e->place[v->place], r.e->place[v->place + 1]) > 8);
+        assert_true(v_dist(r.events.place[v->place], r.events.place[v->place + 1]) > 8);
         assert_int_equal(only(&r, EVENT_HOLE_OPEN)->count, 1 - r.stat.audit_euler / 2);
     }
     /* where they touch the samples may see two necks at first */
@@ -215,8 +217,8 @@ static void nothing_happens_in_a_still_scene(void **state)
     Run r = run_open();
     for (int f = 0; f < 6; f++) {
         run_frame(&r, 34, fn_two_balls, (double[]){10.3, 10.6, 10.8, 6, 25.7, 25.6, 25.8, 0.6});
-        assert_int_equal(r.e->nevent, 0);
-        assert_int_equal(r.e->nlink, f ? 2 : 0);
+        assert_int_equal(r.events.nevent, 0);
+        assert_int_equal(r.events.nlink, f ? 2 : 0);
     }
     run_close(&r);
 }
@@ -229,9 +231,9 @@ static void balls_and_specks_that_move_are_followed(void **state)
     int renumbered = 0;
     for (int f = 0; f < 6; f++) {
         run_frame(&r, 34, fn_two_balls, (double[]){10.3 + 0.8 * f, 10.6, 10.8, 6, 25.7 + 0.1 * f, 26.1, 25.9, 0.55});
-        assert_int_equal(r.e->nbefore, f ? 2 : 0);
-        assert_true(r.e->nafter == 2 && r.e->nlink == r.e->nbefore);
-        for (int i = 0; i < r.e->nlink; i++) renumbered += r.e->link[i][0] != r.e->link[i][1];
+        assert_int_equal(r.events.nbefore, f ? 2 : 0);
+        assert_true(r.events.nafter == 2 && r.events.nlink == r.events.nbefore);
+        for (int i = 0; i < r.events.nlink; i++) renumbered += r.events.link[i][0] != r.events.link[i][1];
     }
     assert_only_kinds(&r, 0);
     assert_true(renumbered > 0);
