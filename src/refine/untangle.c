@@ -79,11 +79,12 @@ int refine_untangle(RefinedMesh *m, const Field *field, int *flattened)
 {
     TriPair *pair = NULL;
     int cap = 0, left, ntop = 0;
+    *flattened = 0;
+    if (m->ntri == 0) return 0;
     for (int t = 0; t < m->ntri; t++) ntop = int_max(ntop, m->parent[t] + 1);
     uint8_t *flat = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
     Vec3 *landed = NEW(Vec3, m->nvert);
     memcpy(landed, m->pos, (size_t)m->nvert * sizeof *landed);
-    *flattened = 0;
     left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, NULL, &pair, &cap);
     bool more = mark_flat(m, left, pair, flat);
     for (int round = 0; (more || left) && round < ROUNDS_MAX; round++) {

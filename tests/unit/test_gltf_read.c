@@ -121,7 +121,7 @@ static void a_sequence_by_number(void **state)
     assert_int_equal(mesh_sequence_find(m, 15), NONE);
     mesh_sequence_close(m);
     assert_null(mesh_sequence_open(temp_path("nothing"), "geometric", &err));
-    assert_non_null(strstr(err.text, "nothing.geometric.glb"));
+    assert_non_null(strstr(err.text, "nothing.geometric.NNNN.ply"));
 }
 
 /* --- hostile files -------------------------------------------------------------------------------- */
