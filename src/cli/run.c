@@ -79,7 +79,7 @@ static bool give(Run *run, const Options *o, const ReadFrame *f, OutFrame *out, 
     run->frame_start_s = now;
     run->surface = f->surface;
     inputs_add(&run->inputs, f->frame.number, f->digest);
-    out->state = run_save(run, o);
+    if (!run->job.source.next) out->state = run_save(run, o); /* such a source cannot be asked to begin in mid-way */
     run->done++;
     return writer_give(run->writer, out, err);
 }
@@ -212,7 +212,7 @@ static int say_end(Run *run, bool good, const Err *err)
     if (err->code != ERR_NONE) console_problem(c, "%s", err->text);
     if (out->nframe && run->job.loudness > LOUD_QUIET && !c->json) report_summarise(stderr, &out->totals);
     if (stop_signal()) console_problem(c, "stopped by a signal");
-    if (out->left && !run->job.source.next) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
+    if (out->left) console_problem(c, "%d frame%s finished and kept; the same command with --resume goes on", out->nframe, out->nframe == 1 ? " is" : "s are");
     if (stop_signal()) return 128 + stop_signal();
     return good ? 0 : (int)err->code;
 }

@@ -40,6 +40,6 @@ pair() { # one or two targets
     done
 }
 
-targets=(vdb volume mesh_file scene edits)
+targets=(vdb volume mesh_file scene state edits)
 for ((k = 0; k < ${#targets[@]}; k += 2)); do pair "${targets[@]:k:2}"; done
 exit $status

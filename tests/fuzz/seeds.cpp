@@ -8,7 +8,9 @@
 #include <random>
 
 extern "C" {
+#include "io/gltf.h"
 #include "io/ply.h"
+#include "track/track.h"
 }
 
 namespace fs = std::filesystem;
@@ -102,6 +104,67 @@ static void write_mesh_seeds(const std::string &to)
     save(to + "mesh.gltf", marked(2, json));
 }
 
+static void save_store(const std::string &to, uint8_t kind, Store *s)
+{
+    save(to, marked(kind, Bytes(s->data, s->data + s->n)));
+    store_free(s);
+}
+
+/* A ball of so many voxels' radius. */
+struct SphereFrame {
+    Field field;
+    explicit SphereFrame(int radius)
+    {
+        const int n = 2 * radius + 5, size[3] = {n, n, n};
+        std::vector<float> phi;
+        for (int i = 0; i < n * n * n; i++) {
+            const double x = i % n - n / 2, y = i / n % n - n / 2, z = i / n / n - n / 2;
+            phi.push_back(float(std::sqrt(x * x + y * y + z * z) - radius));
+        }
+        Grid g;
+        grid_init(&g, 1);
+        grid_from_dense(&g, phi.data(), size);
+        const FieldSpec spec = {0, true};
+        Err err = {};
+        if (!field_build(&field, &g, &spec, &err)) throw std::runtime_error(err.text);
+        grid_free(&g);
+    }
+    SphereFrame(const SphereFrame &) = delete;
+    ~SphereFrame() { field_free(&field); }
+};
+
+static void write_state_seeds(const std::string &to)
+{
+    const SphereFrame ball(2);
+    TrackSettings set = track_defaults();
+    set.rest = set.own_motion = true;
+    Track *tr = track_open(&set);
+    FrameStat stat;
+    Err err = {};
+    if (!track_frame(tr, &ball.field, nullptr, 1, &stat, &err)) throw std::runtime_error(err.text);
+    Store s = store_writing();
+    track_store(tr, &s);
+    save_store(to + "track", 0, &s);
+
+    TriMesh m;
+    track_meshes(tr, false, nullptr, &m);
+    s = store_writing();
+    trimesh_store(&m, &s);
+    save_store(to + "mesh", 1, &s);
+
+    const std::string path = to + "seed.glb";
+    GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+    Gltf *g = gltf_open(&options, &err);
+    for (int k = 0; k < 3; k++)
+        if (!gltf_add_frame(g, &m, nullptr, nullptr, 1, &err)) throw std::runtime_error(err.text);
+    s = store_writing();
+    gltf_store(g, &s);
+    save_store(to + "gltf", 2, &s);
+    gltf_abort(g);
+    trimesh_free(&m);
+    track_close(tr);
+}
+
 static void write_edit_seeds(const std::string &to)
 {
     std::mt19937 random(1);
@@ -119,6 +182,7 @@ int main(int argc, char **argv)
     write_vdb_seeds(folder(root, "vdb"));
     write_volume_seeds(root, folder(root, "volume"));
     write_mesh_seeds(folder(root, "mesh_file"));
+    write_state_seeds(folder(root, "state"));
     write_edit_seeds(folder(root, "edits"));
     return 0;
 }
