@@ -24,10 +24,6 @@ typedef struct ChangeList {
     Change *change;     /* [n] in the order in which they were handled */
 } ChangeList;
 
-static inline void change_add(ChangeList *list, ChangeKind kind, Vec3 place, int vertices)
-{
-    RESERVE(list->change, list->cap, list->n + 1);
-    list->change[list->n++] = (Change){kind, place, vertices};
-}
+void change_add(ChangeList *list, ChangeKind kind, Vec3 place, int vertices);
 /* As in the report. */
 const char *change_name(ChangeKind kind);

@@ -418,6 +418,7 @@ GltfReader *gltf_reader_open(const char *path, Err *err)
 
 void gltf_reader_close(GltfReader *r)
 {
+    if (!r) return;
     gltf_bytes_free(&r->bytes);
     json_decref(r->json.root);
     mem_free(r->key);

@@ -14,7 +14,7 @@
 typedef struct GltfReader GltfReader;
 
 GltfReader *gltf_reader_open(const char *path, Err *err);
-void gltf_reader_close(GltfReader *r);
+void gltf_reader_close(GltfReader *r); /* NULL is allowed */
 
 /* Frames that show something. */
 int gltf_reader_length(const GltfReader *r);
