@@ -221,7 +221,7 @@ static bool number_keys(GltfReader *r, Err *err)
 {
     double before = 0, seconds;
     int64_t number = 0;
-    qsort(r->key, (size_t)r->nkey, sizeof *r->key, compare_keys);
+    if (r->nkey) qsort(r->key, (size_t)r->nkey, sizeof *r->key, compare_keys);
     seconds = frame_seconds(r);
     for (int k = 0; k < r->nkey; k++) {
         double steps = (r->key[k].time - before) / seconds;
