@@ -14,9 +14,9 @@ CXX = g++
 endif
 
 # What Debian 12 must have: to build, and to check.
-BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev libtinygltf-dev \
+BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev \
 	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev
-CHECK_PACKAGES = $(BUILD_PACKAGES) libcmocka-dev bats jq mandoc slurm-wlm munge
+CHECK_PACKAGES = $(BUILD_PACKAGES) libtinygltf-dev libcmocka-dev bats jq mandoc slurm-wlm munge
 
 FLAGS_release = -O3 -DNDEBUG
 FLAGS_debug = -O0 -g
@@ -36,7 +36,7 @@ COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -fno-tree-slp-v
 ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
 # The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LIBS = -lopenvdb -ltbb -lImath -ltinygltf -lOpenEXRCore -ljansson -lblosc -lz -lbz2 -lxxhash -lm
+LIBS = -lopenvdb -ltbb -lImath -lOpenEXRCore -ljansson -lblosc -lz -lbz2 -lxxhash -lm
 
 B = build/$(config)
 OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))
@@ -79,7 +79,7 @@ $(B)/tests/soak/soak: $(B)/tests/soak/soak.c.o $(SOAK) $(LIB)
 $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 	@mkdir -p $(@D)
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $<
-	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka $(LIBS)
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka -ltinygltf $(LIBS)
 
 $(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
 	@mkdir -p $(@D)

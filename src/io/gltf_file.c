@@ -81,78 +81,6 @@ static bool store_animation(Gltf *g, Err *err)
     return true;
 }
 
-/* --- JSON with its buffers ------------------------------------------------------------------------ */
-
-typedef struct Text {
-    char *s;
-    size_t n, cap;
-} Text;
-
-static void text_add(Text *t, const char *s, size_t n)
-{
-    RESERVE(t->s, t->cap, t->n + n + 1);
-    memcpy(t->s + t->n, s, n);
-    t->n += n;
-    t->s[t->n] = 0;
-}
-
-/* The last component of the part's name, percent-encoded, so that it is both a URI and a JSON string. */
-static void text_add_uri(Text *t, const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    for (const char *c = slash ? slash + 1 : path; *c; c++) {
-        char code[4];
-        bool plain = (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z') || (*c >= '0' && *c <= '9') ||
-                     strchr("-._~", *c);
-        if (plain)
-            text_add(t, c, 1);
-        else
-            text_add(t, code, (size_t)snprintf(code, sizeof code, "%%%02X", (unsigned)(unsigned char)*c));
-    }
-}
-
-static uint64_t sum_of_parts(const Gltf *g)
-{
-    uint64_t sum = 0;
-    for (int p = 0; p < g->doc.npart; p++) sum += g->doc.part_bytes[p];
-    return sum;
-}
-
-static void text_add_buffers(Text *t, const Gltf *g)
-{
-    char head[64];
-    int n = g->doc.one_buffer ? g->doc.npart > 0 : g->doc.npart;
-    if (n == 0) return;
-    text_add(t, "\"buffers\":[", 11);
-    for (int p = 0; p < n; p++) {
-        uint64_t bytes = g->doc.one_buffer ? sum_of_parts(g) : g->doc.part_bytes[p];
-        text_add(t, head,
-                 (size_t)snprintf(head, sizeof head, "%s{\"byteLength\":%llu", p ? "," : "",
-                                  (unsigned long long)bytes));
-        if (!g->doc.one_buffer) {
-            text_add(t, ",\"uri\":\"", 8);
-            text_add_uri(t, g->part[p].path);
-            text_add(t, "\"", 1);
-        }
-        text_add(t, "}", 1);
-    }
-    text_add(t, "],", 2);
-}
-
-/* tinygltf would want to hold the bytes of a buffer that it names, hence the list is set into its text. */
-static bool make_text(Gltf *g, bool one_buffer, Text *t, Err *err)
-{
-    g->doc.one_buffer = one_buffer;
-    char *json = gltf_make_json(&g->doc, err);
-    if (!json) return false;
-    ASSERT(json[0] == '{' && json[1] == '"');
-    text_add(t, "{", 1);
-    text_add_buffers(t, g);
-    text_add(t, json + 1, strlen(json + 1));
-    mem_free(json);
-    return true;
-}
-
 /* --- the two kinds of file ------------------------------------------------------------------------ */
 
 static bool put_chunk(OutFile *file, uint64_t bytes, uint32_t kind, Err *err)
@@ -163,24 +91,31 @@ static bool put_chunk(OutFile *file, uint64_t bytes, uint32_t kind, Err *err)
     return outfile_write(file, head, sizeof head, err);
 }
 
-static uint64_t glb_bytes(const Gltf *g, const Text *json)
+uint64_t gltf_sum_of_parts(const Gltf *g)
 {
-    uint64_t bin = sum_of_parts(g);
-    return 12 + 8 + (((uint64_t)json->n + 3) & ~(uint64_t)3) + (bin ? 8 + bin : 0);
+    uint64_t sum = 0;
+    for (int p = 0; p < g->doc.npart; p++) sum += g->doc.part_bytes[p];
+    return sum;
 }
 
-static bool write_glb(Gltf *g, const Text *json, Err *err)
+/* Chunks are filled up to four bytes; the parts are already. */
+static uint64_t glb_bytes(const Gltf *g, uint64_t text)
+{
+    uint64_t bin = gltf_sum_of_parts(g);
+    return 12 + 8 + ((text + 3) & ~(uint64_t)3) + (bin ? 8 + bin : 0);
+}
+
+static bool write_glb(Gltf *g, uint64_t text, Err *err)
 {
     OutFile file;
     if (!outfile_open(&file, g->path, err)) return false;
-    uint64_t bin = sum_of_parts(g), filling = -(uint64_t)json->n & 3;
+    uint64_t bin = gltf_sum_of_parts(g), filling = -text & 3;
     uint8_t head[12];
     put_u32(head, 0x46546c67); /* glTF */
     put_u32(head + 4, 2);
-    put_u32(head + 8, (uint32_t)glb_bytes(g, json));
-    bool ok = outfile_write(&file, head, sizeof head, err) &&
-              put_chunk(&file, json->n + filling, 0x4e4f534a /* JSON */, err) &&
-              outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "   ", filling, err);
+    put_u32(head + 8, (uint32_t)glb_bytes(g, text));
+    bool ok = outfile_write(&file, head, sizeof head, err) && put_chunk(&file, text + filling, 0x4e4f534a /* JSON */, err) &&
+              gltf_write_text(g, true, &file, err) && outfile_write(&file, "   ", filling, err);
     if (ok && bin) ok = put_chunk(&file, bin, 0x004e4942 /* BIN */, err);
     for (int p = 0; p < g->doc.npart && ok; p++) ok = outfile_append(&file, &g->part[p], err);
     if (ok) return outfile_commit(&file, err);
@@ -189,11 +124,11 @@ static bool write_glb(Gltf *g, const Text *json, Err *err)
 }
 
 /* The JSON comes last: until it is there, the .bin files are nothing. */
-static bool write_gltf(Gltf *g, const char *path, const Text *json, Err *err)
+static bool write_gltf(Gltf *g, const char *path, Err *err)
 {
     OutFile file;
     if (!outfile_open(&file, path, err)) return false;
-    bool ok = outfile_write(&file, json->s, json->n, err) && outfile_write(&file, "\n", 1, err);
+    bool ok = gltf_write_text(g, false, &file, err) && outfile_write(&file, "\n", 1, err);
     int done = 0;
     while (ok && done < g->doc.npart) ok = outfile_publish(&g->part[done++], err);
     if (ok) ok = outfile_commit(&file, err);
@@ -212,15 +147,11 @@ static bool write_outgrown(Gltf *g, Err *err)
         mem_free(g->part[p].path);
         g->part[p].path = gltf_part_path(g->prefix, p);
     }
-    Text json = {0};
-    bool ok = make_text(g, false, &json, err) && write_gltf(g, path, &json, err);
+    bool ok = write_gltf(g, path, err);
     if (ok && g->warn) {
-        snprintf(sentence, sizeof sentence,
-                 "%.400s: larger than a .glb can be; %.400s and its .bin files were written instead", g->path,
-                 path);
+        snprintf(sentence, sizeof sentence, "%.400s: larger than a .glb can be; %.400s and its .bin files were written instead", g->path, path);
         g->warn(sentence);
     }
-    mem_free(json.s);
     mem_free(path);
     return ok;
 }
@@ -228,14 +159,7 @@ static bool write_outgrown(Gltf *g, Err *err)
 bool gltf_assemble(Gltf *g, Err *err)
 {
     if (!store_animation(g, err)) return false;
-    Text json = {0};
-    bool ok = make_text(g, g->binary, &json, err);
-    if (ok && !g->binary)
-        ok = write_gltf(g, g->path, &json, err);
-    else if (ok && glb_bytes(g, &json) <= g->glb_bytes)
-        ok = write_glb(g, &json, err);
-    else if (ok)
-        ok = write_outgrown(g, err);
-    mem_free(json.s);
-    return ok;
+    if (!g->binary) return write_gltf(g, g->path, err);
+    uint64_t text = gltf_text_size(g, true);
+    return glb_bytes(g, text) <= g->glb_bytes ? write_glb(g, text, err) : write_outgrown(g, err);
 }

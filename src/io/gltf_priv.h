@@ -1,8 +1,8 @@
 /* gltf_priv.h: what the files behind gltf.h share.
  *
  * gltf.c cuts frames into runs and pieces; gltf_store.c keeps the streams of bytes and the tables of views
- * and accessors into them; gltf_file.c makes the animation at the end and assembles the file; gltf.cpp turns
- * the tables into JSON with tinygltf. All that is known of the frames already written is in the flat tables
+ * and accessors into them; gltf_file.c makes the animation at the end and assembles the file; gltf_text.c writes
+ * the tables as JSON. All that is known of the frames already written is in the flat tables
  * of GltfDoc. */
 #pragma once
 #include "io/file.h"
@@ -55,7 +55,6 @@ typedef struct GltfPiece {
 typedef struct GltfDoc {
     const char *name;
     bool step;
-    bool one_buffer;      /* GLB: the parts follow each other in one buffer */
     uint64_t *part_bytes; /* [npart] */
     GltfView *view;
     GltfAccessor *accessor;
@@ -106,13 +105,10 @@ int gltf_store_keys(Gltf *g, const float *v, int count, int width, bool with_ran
 /* Adds the animation, writes the final file from the parts, which stay. */
 bool gltf_assemble(Gltf *g, Err *err);
 
-/* --- gltf.cpp --- */
+uint64_t gltf_sum_of_parts(const Gltf *g);
 
-#ifdef __cplusplus
-extern "C" {
-#endif
-/* The JSON of the whole file but for its `buffers`, compact, to be freed with mem_free. NULL on failure. */
-char *gltf_make_json(const GltfDoc *doc, Err *err);
-#ifdef __cplusplus
-}
-#endif
+/* --- gltf_text.c --- */
+
+/* The JSON of the whole file; one_buffer: the parts follow each other in one, as in a .glb. */
+uint64_t gltf_text_size(const Gltf *g, bool one_buffer);
+bool gltf_write_text(const Gltf *g, bool one_buffer, OutFile *file, Err *err);
