@@ -16,7 +16,7 @@ export LSAN_OPTIONS=suppressions=$PWD/tests/fuzz/leaks.txt:print_suppressions=0
 
 fuzz() { # target
     mkdir -p "$work/corpus/$1"
-    TMPDIR=$work/scratch "$work/tests/fuzz_$1" -max_total_time="$seconds" -max_len=65536 -timeout=10 -rss_limit_mb=3000 -print_final_stats=1 \
+    TMPDIR=$work/scratch "$work/tests/fuzz_$1" -seed=1 -max_total_time="$seconds" -max_len=65536 -timeout=10 -rss_limit_mb=3000 -print_final_stats=1 \
         -artifact_prefix="$work/found/$1-" "$work/corpus/$1" "$work/seeds/$1" >"$work/$1.log" 2>&1
 }
 
