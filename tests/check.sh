@@ -71,7 +71,7 @@ if [ "$(basename "$build")" = release ]; then # the Makefile built these too, wh
     one golden-without-optimisation tests/golden/golden.sh --quick build/debug/twinmesh
     one golden-clang tests/golden/golden.sh --quick build/clang/twinmesh
 fi
-one farm-slurm tests/farm/slurm.sh "$build/twinmesh"
+one slurm tests/slurm.sh "$build/twinmesh"
 [ -x tests/gltf/validate.sh ] && one gltf-validator tests/gltf/validate.sh "$build/twinmesh"
 
 echo

@@ -187,7 +187,7 @@ static void check_close(CheckRun *run)
     run_report_free(&run->report);
 }
 
-static int check_run(CheckRun *run, Options *o)
+static int check_with(CheckRun *run, Options *o)
 {
     Err err = {0};
     Loudness loud = option_given(o, CHECK_OPT_QUIET)     ? LOUD_QUIET
@@ -208,33 +208,20 @@ static int check_run(CheckRun *run, Options *o)
     return !ok ? (int)err.code : run->trouble != ERR_NONE ? (int)run->trouble : passed ? 0 : ERR_CHECK;
 }
 
-static void print_help(void)
+static int check_run(Options *o)
 {
-    puts("twinmesh check FRAME... --meshes PREFIX\n\n"
-         "Measures meshes against the volumes, or the scene, they were made from, and says where they pass a limit. What "
-         "a\n"
-         "run was told of the surface is taken from its PREFIX.report.jsonl where that is there.");
-    options_print_table(stdout, &check_options);
-    check_figures_print(stdout);
-}
-
-int check_command(int argc, char **argv)
-{
-    Options options;
-    Err err;
-    int status = 0;
     CheckRun *run = NEW0(CheckRun, 1);
-    if (!options_parse_by(&options, &check_options, argc, argv, &err)) {
-        fprintf(stderr, "twinmesh check: %s\n", err.text);
-        status = (int)err.code;
-    } else if (option_given(&options, CHECK_OPT_HELP)) {
-        print_help();
-    } else if (option_given(&options, CHECK_OPT_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else {
-        status = check_run(run, &options);
-    }
-    options_free(&options);
+    int status = check_with(run, o);
     mem_free(run);
     return status;
 }
+
+static void print_options(FILE *out)
+{
+    options_print_table(out, &check_options);
+    check_figures_print(out);
+}
+
+const Command check_command = {&check_options, "twinmesh check FRAME... --meshes PREFIX\n\n"
+    "Measures meshes against the volumes, or the scene, they were made from, and says where they pass a limit.\n"
+    "What a run was told of the surface is taken from its PREFIX.report.jsonl where that is there.", print_options, check_run};

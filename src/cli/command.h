@@ -1,13 +1,18 @@
-/* command.h: the program's commands. Each takes the arguments behind its name and returns the exit status. */
+/* command.h: the program's commands: what each is called, takes and says of itself, and the function behind it. */
 #pragma once
+#include "cli/options.h"
 
-/* argv[0] is the program's name. Says what went wrong on standard error. */
+/* argv[0] is the program's name. Says what went wrong on standard error. Returns the exit status. */
 int command_run(int argc, char **argv);
 
-int mesh_command(int argc, char **argv);
-int field_command(int argc, char **argv);
-int skin_command(int argc, char **argv);
-int info_command(int argc, char **argv);
-int check_command(int argc, char **argv);
-int diff_command(int argc, char **argv);
-int farm_command(int argc, char **argv);
+typedef struct Command {
+    const OptionTable *options;
+    const char *usage;                 /* what --help says before the options */
+    void (*print_options)(FILE *out);  /* NULL: the table as it is */
+    int (*run)(Options *o);            /* the arguments are parsed, and are neither --help nor --version; the exit status */
+} Command;
+
+extern const Command mesh_command, skin_command, field_command, check_command, farm_command, diff_command, info_command;
+
+/* A finished file's name on standard output, at once: data for the next program. A reader that went away is a failure to write. */
+bool command_print_name(const char *path, Err *err);

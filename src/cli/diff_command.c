@@ -248,8 +248,12 @@ static bool compare_all(DiffRun *run, int only, Err *err)
 
 /* --- the command ---------------------------------------------------------------------------------- */
 
-static int diff_run(const Options *o)
+static int diff_run(Options *o)
 {
+    if (o->noperand != 2) {
+        fputs("twinmesh diff: two meshes or sequences are to be named, such as golden/splash out/splash\n", stderr);
+        return TROUBLE;
+    }
     double tolerance = option_real(o, DIFF_TOLERANCE);
     DiffRun run = {
         .settings = {.tolerance = tolerance,
@@ -277,28 +281,6 @@ static int diff_run(const Options *o)
     return TROUBLE;
 }
 
-int diff_command(int argc, char **argv)
-{
-    Options options;
-    Err err;
-    int status = SAME;
-    if (!options_parse_by(&options, &diff_options, argc, argv, &err)) {
-        fprintf(stderr, "twinmesh diff: %s\n", err.text);
-        status = TROUBLE;
-    } else if (option_given(&options, DIFF_HELP)) {
-        puts("twinmesh diff A B\n\n"
-             "Compares two meshes or sequences frame by frame: PLY files, patterns or folders of them, glTF, or what "
-             "mesh was\n"
-             "given as -o. Exit status: 0 the same, 1 different, 2 trouble.");
-        options_print_table(stdout, &diff_options);
-    } else if (option_given(&options, DIFF_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else if (options.noperand != 2) {
-        fputs("twinmesh diff: two meshes or sequences are to be named, such as golden/splash out/splash\n", stderr);
-        status = TROUBLE;
-    } else {
-        status = diff_run(&options);
-    }
-    options_free(&options);
-    return status;
-}
+const Command diff_command = {&diff_options, "twinmesh diff A B\n\n"
+    "Compares two meshes or sequences frame by frame: PLY files, patterns or folders of them, glTF, or what mesh was\n"
+    "given as -o. Exit status: 0 the same, 1 different, 2 trouble.", NULL, diff_run};

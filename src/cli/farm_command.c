@@ -170,30 +170,20 @@ static int do_all(Plan *p, Options *o, Err *err)
     return run_here(p, jobs, option_given(o, OPT_THREADS) ? option_int(o, OPT_THREADS) : int_max(1, thread_hardware_count() / jobs), err);
 }
 
-int farm_command(int argc, char **argv)
+static int farm_run(Options *o)
 {
-    Options options;
     Plan plan = {0};
     Err err = {0};
-    int status = 0;
-    if (!options_parse_by(&options, &farm_options, argc, argv, &err)) {
-        status = (int)err.code;
-    } else if (option_given(&options, OPT_HELP)) {
-        puts("twinmesh farm FRAME... -o PREFIX [options of mesh]\n"
-             "twinmesh farm --chunk K PREFIX.farm/plan.json\n"
-             "twinmesh farm --stitch PREFIX.farm/plan.json\n\n"
-             "Cuts a sequence into chunks that a farm tracks at the same time, and stitches their meshes: a plan and batch\n"
-             "scripts for Slurm in PREFIX.farm, which are sent with --submit. The outputs are those of mesh, whose options\n"
-             "it takes.");
-        farm_print_options(stdout);
-    } else if (option_given(&options, OPT_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else {
-        bool is_part = option_given(&options, FARM_CHUNK) || option_given(&options, FARM_STITCH);
-        status = is_part ? do_part(&plan, &options, &err) : do_all(&plan, &options, &err);
-    }
+    bool is_part = option_given(o, FARM_CHUNK) || option_given(o, FARM_STITCH);
+    int status = is_part ? do_part(&plan, o, &err) : do_all(&plan, o, &err);
     if (err.code != ERR_NONE) fprintf(stderr, "twinmesh farm: %s\n", err.text);
     plan_free(&plan);
-    options_free(&options);
     return status;
 }
+
+const Command farm_command = {&farm_options, "twinmesh farm FRAME... -o PREFIX [options of mesh]\n"
+    "twinmesh farm --chunk K PREFIX.farm/plan.json\n"
+    "twinmesh farm --stitch PREFIX.farm/plan.json\n\n"
+    "Cuts a sequence into chunks that a farm tracks at the same time, and stitches their meshes: a plan and batch\n"
+    "scripts for Slurm in PREFIX.farm, which are sent with --submit. The outputs are those of mesh, whose options\n"
+    "it takes.", farm_print_options, farm_run};

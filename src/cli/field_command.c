@@ -19,13 +19,6 @@ typedef struct FieldRun {
     int done;
 } FieldRun;
 
-/* Data for the next program: a reader that went away is a failure to write. */
-static bool print_name(const char *path, Err *err)
-{
-    if (puts(path) >= 0 && fflush(stdout) == 0) return true;
-    return fail(err, ERR_OUTPUT, "standard output cannot be written, where %.400s was to be named", path);
-}
-
 static bool write_frame(FieldRun *run, int64_t number, Err *err)
 {
     char path[FRAME_PATH_MAX];
@@ -37,7 +30,7 @@ static bool write_frame(FieldRun *run, int64_t number, Err *err)
     if (ok) console_detail(&run->console, "frame %lld: %d blocks of 8^3 samples, %d tiles", (long long)number, g.nblock, g.ntile);
     grid_free(&g);
     scene_frame_free(f);
-    return ok && print_name(path, err);
+    return ok && command_print_name(path, err);
 }
 
 /* Also ends, as done, where a signal asks for an end between frames. */
@@ -86,8 +79,9 @@ static bool field_open(FieldRun *run, const Options *o, Err *err)
     return pattern_name(run->pattern, s->first, sequence_length(&run->sequence) == 1, first, err);
 }
 
-static int field_run(FieldRun *run, const Options *o)
+static int field_run(Options *o)
 {
+    FieldRun own = {0}, *run = &own;
     Err err = {0};
     Loudness loud = option_given(o, FIELD_QUIET) ? LOUD_QUIET : option_given(o, FIELD_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL;
     run->console = console_make(loud);
@@ -107,25 +101,6 @@ static int field_run(FieldRun *run, const Options *o)
     return ok ? 0 : (int)err.code;
 }
 
-int field_command(int argc, char **argv)
-{
-    Options options;
-    FieldRun run = {0};
-    Err err;
-    int status = 0;
-    if (!options_parse_by(&options, &field_options, argc, argv, &err)) {
-        fprintf(stderr, "twinmesh field: %s\n", err.text);
-        status = (int)err.code;
-    } else if (option_given(&options, FIELD_HELP)) {
-        puts("twinmesh field SCENE.json -o PATTERN\n\n"
-             "Samples a scene of skeleton elements into a sequence of volumes, negative inside, and names each on standard\n"
-             "output when it is finished. The ending of PATTERN chooses the format: .vdb, .npy or .exr.");
-        options_print_table(stdout, &field_options);
-    } else if (option_given(&options, FIELD_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else {
-        status = field_run(&run, &options);
-    }
-    options_free(&options);
-    return status;
-}
+const Command field_command = {&field_options, "twinmesh field SCENE.json -o PATTERN\n\n"
+    "Samples a scene of skeleton elements into a sequence of volumes, negative inside, and names each on standard\n"
+    "output when it is finished. The ending of PATTERN chooses the format: .vdb, .npy or .exr.", NULL, field_run};

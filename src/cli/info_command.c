@@ -67,27 +67,13 @@ static int tell_all(const Options *o)
     return status;
 }
 
-int info_command(int argc, char **argv)
+static int info_run(Options *o)
 {
-    Options options;
-    Err err;
-    int status = 0;
-    if (!options_parse_by(&options, &info_options, argc, argv, &err)) {
-        fprintf(stderr, "twinmesh info: %s\n", err.text);
-        status = (int)err.code;
-    } else if (option_given(&options, INFO_HELP)) {
-        puts("twinmesh info FILE...\n\n"
-             "What a volume holds, grid by grid, and which surface mesh would take from it; what a PLY or glTF holds, and\n"
-             "which frames of it share their connectivity.");
-        options_print_table(stdout, &info_options);
-    } else if (option_given(&options, INFO_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else if (options.noperand == 0) {
-        fputs("twinmesh info: no files are named\n", stderr);
-        status = ERR_USAGE;
-    } else {
-        status = tell_all(&options);
-    }
-    options_free(&options);
-    return status;
+    if (o->noperand > 0) return tell_all(o);
+    fputs("twinmesh info: no files are named\n", stderr);
+    return ERR_USAGE;
 }
+
+const Command info_command = {&info_options, "twinmesh info FILE...\n\n"
+    "What a volume holds, grid by grid, and which surface mesh would take from it; what a PLY or glTF holds, and\n"
+    "which frames of it share their connectivity.", NULL, info_run};

@@ -19,6 +19,7 @@ void inputs_store(Inputs *in, Store *s)
     STORE(s, in->n);
     STORE_ARRAY(s, in->input, in->n);
     if (s->reading) in->cap = in->n = s->bad ? 0 : in->n;
+    for (int i = 0; i < in->n; i++) store_expect(s, in->input[i].number >= 0);
 }
 
 uint64_t input_digest(const Frame *f)

@@ -4,32 +4,22 @@
 
 #include <stdio.h>
 
-int mesh_command(int argc, char **argv)
+static int mesh_run(Options *o)
 {
-    Options options;
     Run run = {0};
     Err err;
-    int status = 0;
-    if (!options_parse(&options, argc, argv, &err)) goto wrong;
-    if (option_given(&options, OPT_HELP)) {
-        puts("twinmesh mesh FRAME... -o PREFIX\n\n"
-             "Follows the surface through a sequence of volumes and writes the mechanical and the geometric mesh of\n"
-             "every frame. FRAME is a file, a pattern (phi.####.vdb, phi.%04d.vdb, phi.$F4.vdb), a folder, - for names\n"
-             "on standard input, or a scene (scene.json), which is a sequence of its own.");
-        options_print(stdout);
-    } else if (option_given(&options, OPT_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
+    int status;
+    if (job_make(&run.job, o, &err) && job_load_scene(&run.job, o, &err)) {
+        status = run_job(&run, o);
     } else {
-        if (!job_make(&run.job, &options, &err) || !job_load_scene(&run.job, &options, &err)) goto wrong;
-        status = run_job(&run, &options);
+        fprintf(stderr, "twinmesh mesh: %s\n", err.text);
+        status = (int)err.code;
     }
     job_free(&run.job);
-    options_free(&options);
     return status;
-
-wrong:
-    job_free(&run.job);
-    fprintf(stderr, "twinmesh mesh: %s\n", err.text);
-    options_free(&options);
-    return (int)err.code;
 }
+
+const Command mesh_command = {&mesh_options, "twinmesh mesh FRAME... -o PREFIX\n\n"
+    "Follows the surface through a sequence of volumes and writes the mechanical and the geometric mesh of\n"
+    "every frame. FRAME is a file, a pattern (phi.####.vdb, phi.%04d.vdb, phi.$F4.vdb), a folder, - for names\n"
+    "on standard input, or a scene (scene.json), which is a sequence of its own.", options_print, mesh_run};

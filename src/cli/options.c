@@ -231,10 +231,11 @@ bool options_parse_by(Options *o, const OptionTable *table, int argc, char **arg
         if (!is_option)
             o->operand[o->noperand++] = a;
         else if (strcmp(a, "--") == 0)
-            only_operands = true;
+            only_operands = true, o->behind = o->noperand;
         else if (!(a[1] == '-' ? parse_long : parse_letters)(o, argc, argv, &i, err))
             return false;
     }
+    if (!only_operands) o->behind = o->noperand;
     return true;
 }
 

@@ -97,6 +97,7 @@ typedef struct Options {
     OptionValue value[FARM_OPTION_COUNT]; /* the largest table */
     int noperand;
     char **operand;           /* [noperand] borrowed from argv */
+    int behind;               /* operands from here on came behind `--` */
 } Options;
 
 /* Parses argv[0 .. argc-1] (no command name among them) by the table of `mesh`, or of any. options_free in any case. */

@@ -1,6 +1,7 @@
 #include "cli/outputs.h"
 
 #include "cli/chunk.h"
+#include "cli/command.h"
 #include "cli/state.h"
 #include "io/ply.h"
 
@@ -100,17 +101,15 @@ bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *e
     *o = (Outputs){.job = job, .kept = true};
     STORE(s, o->nframe);
     STORE(s, o->totals);
+    store_expect(s, o->nframe >= 0);
     return open_all(o, fps, s, err);
 }
 
 /* --- frames --------------------------------------------------------------------------------------- */
 
-/* Data for the next program: a reader that went away is a failure to write. */
 static bool print_name(const Outputs *o, const char *path, Err *err)
 {
-    if (!o->job->print) return true;
-    if (puts(path) >= 0 && fflush(stdout) == 0) return true;
-    return fail(err, ERR_OUTPUT, "standard output cannot be written, where --print was to name %s", path);
+    return !o->job->print || command_print_name(path, err);
 }
 
 static bool write_ply(const Outputs *o, int kind, const TriMesh *mesh, const char *label, Err *err)

@@ -57,6 +57,7 @@ static void store_run(Run *run, Store *s)
     store_text(s, &run->tracked_label);
     STORE(s, run->tracked);
     STORE(s, run->shown);
+    store_expect(s, run->step >= 1 && run->tracked >= NONE && run->shown >= NONE);
     for (int kind = 0; kind < KIND_COUNT; kind++) trimesh_store(&run->mesh[run->shown_at][kind], s);
     track_store(run->track, s);
 }

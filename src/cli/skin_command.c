@@ -61,17 +61,10 @@ static bool choose_settings(SkinRun *run, const SkinShape *first, Err *err)
 
 /* --- frames ------------------------------------------------------------------------------------------------------------- */
 
-/* Data for the next program: a reader that went away is a failure to write. */
-static bool print_name(const char *path, Err *err)
-{
-    if (puts(path) >= 0 && fflush(stdout) == 0) return true;
-    return fail(err, ERR_OUTPUT, "standard output cannot be written, where %.400s was to be named", path);
-}
-
 static bool write_skin(SkinRun *run, const Frame *frame, const Grid *g, Err *err)
 {
     char path[FRAME_PATH_MAX];
-    return pattern_name(run->pattern, frame->number, run->alone, path, err) && volume_write(path, g, err) && print_name(path, err);
+    return pattern_name(run->pattern, frame->number, run->alone, path, err) && volume_write(path, g, err) && command_print_name(path, err);
 }
 
 /* The target of a frame, and on the first of all the lattice. */
@@ -290,10 +283,11 @@ static int say_end(SkinRun *run, bool ok, Err *err)
     return ok ? 0 : (int)err->code;
 }
 
-static int skin_run(SkinRun *run)
+static int skin_run(Options *o)
 {
+    SkinRun own = {.options = o, .nbehind = o->noperand - o->behind, .behind = o->operand + o->behind}, *run = &own;
     Err err = {0};
-    const Options *o = run->options;
+    o->noperand = o->behind; /* the others are mesh's arguments */
     run->console = console_make(option_given(o, SKIN_QUIET) ? LOUD_QUIET : option_given(o, SKIN_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL);
     thread_set_count(option_given(o, SKIN_THREADS) ? option_int(o, SKIN_THREADS) : thread_hardware_count());
     run->reading = skin_reading(o);
@@ -311,29 +305,9 @@ static int skin_run(SkinRun *run)
     return status;
 }
 
-int skin_command(int argc, char **argv)
-{
-    Options options;
-    Err err;
-    int status = 0, own = 0;
-    while (own < argc && strcmp(argv[own], "--") != 0) own++;
-    if (!options_parse_by(&options, &skin_options, own, argv, &err)) {
-        fprintf(stderr, "twinmesh skin: %s\n", err.text);
-        status = (int)err.code;
-    } else if (option_given(&options, SKIN_HELP)) {
-        puts("twinmesh skin FRAME... -o PATTERN\n"
-             "twinmesh skin --from FILE --to FILE --frames N -o PATTERN\n"
-             "twinmesh skin ... --mesh PREFIX [-- OPTION OF MESH...]\n\n"
-             "Moves a skin towards particles, grids or a scene, frame by frame, with surface tension, and writes it as a\n"
-             "sequence of level sets, each named on standard output when it is finished. FRAME is what `mesh` takes, or\n"
-             "particles: .ply, .npy (n x 3), or a point grid of a .vdb. With --mesh the skin is followed at once.");
-        options_print_table(stdout, &skin_options);
-    } else if (option_given(&options, SKIN_VERSION)) {
-        puts("twinmesh " TWINMESH_VERSION);
-    } else {
-        SkinRun run = {.options = &options, .nbehind = int_max(argc - own - 1, 0), .behind = argv + int_min(own + 1, argc)};
-        status = skin_run(&run);
-    }
-    options_free(&options);
-    return status;
-}
+const Command skin_command = {&skin_options, "twinmesh skin FRAME... -o PATTERN\n"
+    "twinmesh skin --from FILE --to FILE --frames N -o PATTERN\n"
+    "twinmesh skin ... --mesh PREFIX [-- OPTION OF MESH...]\n\n"
+    "Moves a skin towards particles, grids or a scene, frame by frame, with surface tension, and writes it as a\n"
+    "sequence of level sets, each named on standard output when it is finished. FRAME is what `mesh` takes, or\n"
+    "particles: .ply, .npy (n x 3), or a point grid of a .vdb. With --mesh the skin is followed at once.", NULL, skin_run};

@@ -310,6 +310,6 @@ void mesh_store(Mesh *m, Store *s)
     if (!s->reading) return;
     m->capvert = m->nvert;
     m->captri = m->ntri;
-    store_expect(s, !s->bad && is_sound(m));
+    store_expect(s, !s->bad && m->next_id >= 0 && is_sound(m));
     if (s->bad) mesh_free(m);
 }

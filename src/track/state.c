@@ -1,9 +1,12 @@
 /* state.c: what goes from one frame to the next, kept between two runs. */
 #include "track/track_priv.h"
 
+static const int64_t FRAMES_MOST = (int64_t)1 << 53; /* what a float64 counts */
+
 static void store_rest(Rest *r, Store *s)
 {
     STORE(s, r->now);
+    store_expect(s, r->now >= 0 && r->now <= FRAMES_MOST);
     STORE(s, r->nvert);
     STORE_ARRAY(s, r->at, r->nvert);
     r->capat = s->bad ? 0 : r->nvert;

@@ -1,4 +1,4 @@
-# twinmesh farm without Slurm: chunks, the stitching, and what goes wrong with them. tests/farm/slurm.sh is the farm itself.
+# twinmesh farm without Slurm: chunks, the stitching, and what goes wrong with them. tests/slurm.sh is the farm itself.
 
 bats_require_minimum_version 1.5.0
 

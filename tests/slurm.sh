@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # A sequence farmed by a real Slurm, on this machine: munged, slurmctld and slurmd are started in a folder of their own, take 8 chunks
 # and the stitching, and end with the test. Then a chunk that is killed, and one whose frame is damaged.
-#   tests/farm/slurm.sh TWINMESH
+#   tests/slurm.sh TWINMESH
 # Exit 0 passed, 1 not, 77 where there is no Slurm, or nobody may start it.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
 twinmesh=$(realpath "$1")
-scene=$here/../../data-samples/scenes/rr6128-figure1.json
+scene=$here/../data-samples/scenes/rr6128-figure1.json
 chunks=8
 
 for program in munged slurmctld slurmd sbatch; do
@@ -34,7 +34,7 @@ trap 'exit 1' INT TERM
 
 die() {
     echo "FAILED: $*"
-    tail -n 20 "$dir"/{farm,slurmctld,slurmd}.log "$dir"/work/*/*.farm/*.log 2>/dev/null
+    tail -n 20 "$dir"/{farm,slurmctld,slurmd}.log "$dir"/jobs/*/*.farm/*.log 2>/dev/null
     exit 1
 }
 
@@ -107,8 +107,8 @@ until_true 30 is_idle || die "no node comes up: $(sinfo 2>&1)"
 
 # --- jobs -----------------------------------------------------------------------------------------------------------------
 
-mkdir "$dir/work" "$dir/work/it's 100% full"
-cd "$dir/work/it's 100% full" || exit 1
+mkdir "$dir/jobs" "$dir/jobs/it's 100% full"
+cd "$dir/jobs/it's 100% full" || exit 1
 "$twinmesh" field "$scene" -o phi.####.vdb --quiet >/dev/null || die "no frames"
 farm() { "$twinmesh" farm phi.####.vdb --chunks $chunks --format ply,glb "$@" 2>>"$dir/farm.log"; }
 state_of() { scontrol --oneliner show job "$1" | grep -o ' JobState=[A-Z]*' | sort -u | cut -d= -f2; }
