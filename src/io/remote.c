@@ -86,17 +86,17 @@ static bool get_request(Wire *w, Request *r)
 
 /* --- arrays ------------------------------------------------------------------------------------------ */
 
-/* A large array is copied out of this process's memory, once, where the system allows that; else it is sent. */
-static bool put_array(Wire *w, const void *data, size_t size)
+/* Many samples are copied out of this process's memory, once, where the system allows that; else they are sent. */
+static bool put_samples(Wire *w, const float *value, size_t size)
 {
-    uint64_t address = (uint64_t)(uintptr_t)data;
+    uint64_t address = (uint64_t)(uintptr_t)value;
     uint8_t taken = 0;
-    if (size < DIRECT_LEAST) return wire_put(w, data, size);
+    if (size < DIRECT_LEAST) return wire_put(w, value, size);
     if (!wire_put(w, &address, sizeof address) || !wire_get(w, &taken, 1)) return false;
-    return taken || wire_put(w, data, size);
+    return taken || wire_put(w, value, size);
 }
 
-static bool get_array(ReaderProcess *p, void *to, size_t size)
+static bool get_samples(ReaderProcess *p, float *to, size_t size)
 {
     uint64_t address;
     if (size < DIRECT_LEAST) return wire_get(&p->wire, to, size);
@@ -113,9 +113,10 @@ static bool put_grid(Wire *w, const Grid *g)
     memcpy(h.lo, g->lo, sizeof h.lo);
     memcpy(h.hi, g->hi, sizeof h.hi);
     memcpy(h.background, g->background, sizeof h.background);
-    return wire_put(w, &h, sizeof h) && put_array(w, g->origin, (size_t)g->nblock * sizeof *g->origin) &&
-           put_array(w, g->value, (size_t)g->nblock * (size_t)g->ncomp * GRID_CELLS * sizeof *g->value) &&
-           put_array(w, g->tile, (size_t)g->ntile * sizeof *g->tile);
+    /* The samples come last: once they are taken neither end waits for the other. */
+    return wire_put(w, &h, sizeof h) && wire_put(w, g->origin, (size_t)g->nblock * sizeof *g->origin) &&
+           wire_put(w, g->tile, (size_t)g->ntile * sizeof *g->tile) &&
+           put_samples(w, g->value, (size_t)g->nblock * (size_t)g->ncomp * GRID_CELLS * sizeof *g->value);
 }
 
 static bool answer_grid(Wire *w, VolumeFile *f, int32_t i)
@@ -218,32 +219,29 @@ static bool is_tile(const GridTile *t)
     return true;
 }
 
-/* Room for the blocks at once, each entered as if it came from a file; then their samples into it. */
+/* Room for the blocks at once, each entered as if it came from a file. */
 static bool get_blocks(RemoteFile *r, int n, Grid *out, Err *err)
 {
-    size_t size = (size_t)out->ncomp * GRID_CELLS * sizeof(float);
     if (n == 0) return true;
     grid_reserve(out, n);
     map_init(&out->block_at, n);
-    if (!get_array(r->process, out->origin, (size_t)n * sizeof *out->origin)) return process_fail(r->process, r->base.path, err);
+    if (!wire_get(&r->process->wire, out->origin, (size_t)n * sizeof *out->origin)) return process_fail(r->process, r->base.path, err);
     for (int b = 0; b < n; b++) {
         const int *o = out->origin[b];
         if (!grid_add_block(out, o[0], o[1], o[2]) || out->nblock != b + 1) return nonsense(r, err);
     }
-    return get_array(r->process, out->value, (size_t)n * size) || process_fail(r->process, r->base.path, err);
+    return true;
 }
 
 static bool get_tiles(RemoteFile *r, int n, Grid *out, Err *err)
 {
-    GridTile *tile = NEW(GridTile, n);
-    bool ok = get_array(r->process, tile, (size_t)n * sizeof *tile), sound = true;
-    for (int i = 0; ok && sound && i < n; i++) {
-        sound = is_tile(&tile[i]);
-        if (sound) grid_add_tile(out, tile[i]);
+    GridTile tile;
+    for (int i = 0; i < n; i++) {
+        if (!wire_get(&r->process->wire, &tile, sizeof tile)) return process_fail(r->process, r->base.path, err);
+        if (!is_tile(&tile)) return nonsense(r, err);
+        grid_add_tile(out, tile);
     }
-    mem_free(tile);
-    if (!ok) return process_fail(r->process, r->base.path, err);
-    return sound || nonsense(r, err);
+    return true;
 }
 
 static bool get_grid(RemoteFile *r, Grid *out, Err *err)
@@ -257,7 +255,9 @@ static bool get_grid(RemoteFile *r, Grid *out, Err *err)
     memcpy(out->hi, h.hi, sizeof h.hi);
     memcpy(out->background, h.background, sizeof h.background);
     if (!affine_invert(&out->xform)) return nonsense(r, err);
-    return get_blocks(r, h.nblock, out, err) && get_tiles(r, h.ntile, out, err);
+    if (!get_blocks(r, h.nblock, out, err) || !get_tiles(r, h.ntile, out, err)) return false;
+    size_t size = (size_t)out->nblock * (size_t)out->ncomp * GRID_CELLS * sizeof *out->value;
+    return get_samples(r->process, out->value, size) || process_fail(r->process, r->base.path, err);
 }
 
 static bool ask_grid(RemoteFile *r, int i, Grid *out, Err *err)

@@ -1,4 +1,5 @@
-/* What reading in a process of its own costs: each file read in turn direct and isolated, the medians and their ratio.
+/* What reading in a process of its own costs: each file read in turn direct and isolated; the medians and their ratio, of reading alone
+ * and with the field that is built from what was read, which the program's timings call "read".
  *
  *     isolated ROUNDS [--velocity NAME] FILE...
  *
@@ -6,6 +7,7 @@
 #include "io/isolate.h"
 #include "io/volume.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,18 +22,27 @@ static double clock_s(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static double read_once(const char *path, const VolumeRequest *request)
+enum { READ, READ_AND_BUILT, STAGES };
+
+static void read_once(const char *path, const VolumeRequest *request, double seconds[STAGES])
 {
     Volume v;
+    Field field = {0};
     Err err = {0};
     double start = clock_s();
-    if (!volume_read(path, request, &v, &err)) {
-        fprintf(stderr, "%s\n", err.text);
+    bool ok = volume_read(path, request, &v, &err);
+    seconds[READ] = clock_s() - start;
+    if (ok) {
+        SurfaceChoice choice = volume_choose_surface(&v, NAN, 0);
+        ok = field_build(&field, &v.surface, &choice.spec, &err);
+        seconds[READ_AND_BUILT] = clock_s() - start;
+    }
+    if (!ok) {
+        fprintf(stderr, "%s: %s\n", path, err.text);
         _exit(3);
     }
-    double seconds = clock_s() - start;
+    field_free(&field);
     volume_free(&v);
-    return seconds;
 }
 
 /* Reads what it is asked to, isolated, and answers with the seconds. */
@@ -41,8 +52,9 @@ static void serve(int from, int to, char **path, const VolumeRequest *request)
     int i;
     if (!isolate_start(ISOLATE_LIMITS, &err)) _exit(5);
     while (read(from, &i, sizeof i) == (ssize_t)sizeof i) {
-        double s = read_once(path[i], request);
-        if (write(to, &s, sizeof s) < 0) break;
+        double s[STAGES];
+        read_once(path[i], request, s);
+        if (write(to, s, sizeof s) < 0) break;
     }
     isolate_stop();
     _exit(0); /* a copy of this process: its libraries' threads, which exit would wait for, are not in it */
@@ -71,22 +83,32 @@ int main(int argc, char **argv)
         close(ask[1]);
         serve(ask[0], answer[1], argv + first, &request);
     }
-    double *direct = NEW(double, rounds * n), *isolated = NEW(double, rounds * n), ratio_sum = 0;
+    double *direct[STAGES], *isolated[STAGES];
+    for (int t = 0; t < STAGES; t++) {
+        direct[t] = NEW(double, rounds * n);
+        isolated[t] = NEW(double, rounds * n);
+    }
     int at = 0;
     for (int r = -1; r < rounds; r++) /* the first round only warms up */
         for (int i = 0; i < n; i++) {
-            double d = read_once(argv[first + i], &request), s;
-            if (write(ask[1], &i, sizeof i) < 0 || read(answer[0], &s, sizeof s) != (ssize_t)sizeof s) return 3;
+            double d[STAGES], s[STAGES];
+            read_once(argv[first + i], &request, d);
+            if (write(ask[1], &i, sizeof i) < 0 || read(answer[0], s, sizeof s) != (ssize_t)sizeof s) return 3;
             if (r < 0) continue;
-            direct[at] = d;
-            isolated[at++] = s;
+            for (int t = 0; t < STAGES; t++) {
+                direct[t][at] = d[t];
+                isolated[t][at] = s[t];
+            }
+            at++;
         }
-    for (int i = 0; i < at; i++) ratio_sum += isolated[i] / direct[i];
-    double d = median(direct, at), s = median(isolated, at);
-    printf("%d reads each: direct %.2f ms, isolated %.2f ms (medians), %+.1f %%; mean ratio %.3f\n", at, 1e3 * d, 1e3 * s, 100 * (s / d - 1), ratio_sum / at);
+    printf("%d reads each, medians\n", at);
+    for (int t = 0; t < STAGES; t++) {
+        double d = median(direct[t], at), s = median(isolated[t], at);
+        printf("%-15s direct %6.2f ms, isolated %6.2f ms, %+.1f %%\n", t == READ ? "read" : "read and built", 1e3 * d, 1e3 * s, 100 * (s / d - 1));
+        mem_free(direct[t]);
+        mem_free(isolated[t]);
+    }
     close(ask[1]);
     wait(NULL);
-    mem_free(direct);
-    mem_free(isolated);
     return 0;
 }

@@ -137,6 +137,15 @@ no_memory() { expect 5 "memory" && one_sentence; }
     expect 0 "held" "died of signal 6" && [ -z "$(find . -name '*.part')" ]
 }
 
+@test "a reader may not be looked into: it sends what it read" {
+    local n
+    for n in 1 2; do
+        faulty process_vm_readv:$n
+        expect 0
+        for file in out.*; do [[ $file == *timings* ]] || cmp "$file" "$good/$file"; done
+    done
+}
+
 @test "memory runs out at any time" {
     local n
     for n in 1 3 8 21 55 144 377; do

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/uio.h>
 
 enum { ERROR_SEEN = 0x20 }; /* glibc's flag of a stream: what ferror asks for */
 
@@ -89,4 +90,13 @@ void *realloc(void *p, size_t size)
     if (!due) return real(p, size);
     errno = ENOMEM;
     return NULL;
+}
+
+/* As where a process may not be looked into. */
+ssize_t process_vm_readv(pid_t pid, const struct iovec *here, unsigned long nhere, const struct iovec *there, unsigned long nthere, unsigned long flags)
+{
+    REAL(ssize_t, process_vm_readv, pid_t, const struct iovec *, unsigned long, const struct iovec *, unsigned long, unsigned long);
+    if (!due) return real(pid, here, nhere, there, nthere, flags);
+    errno = EPERM;
+    return -1;
 }
