@@ -17,7 +17,8 @@ typedef struct Builder {
     int (*cand)[3];        /* their origins */
 } Builder;
 
-static bool is_inside(const Field *f, float v) { return f->sign * ((double)v - f->iso) > 0; }
+/* The isovalue is a float32 too. */
+static bool is_inside(const Field *f, float v) { return f->sign > 0 ? v > (float)f->iso : v < (float)f->iso; }
 
 static bool in_box(const Field *f, int x, int y, int z)
 {
@@ -144,37 +145,68 @@ static bool find_candidates(Builder *b, Err *err)
 
 /* --- filling bricks ---------------------------------------------------------------------------------------- */
 
+/* The 27 blocks about a brick; where there is none, a constant stands for its samples (a tile is a whole number of blocks). */
+typedef struct Blocks {
+    const float *sample[27]; /* [512], or NULL */
+    float constant[27][8];   /* a row of them */
+} Blocks;
+
+static void find_blocks(const Grid *g, const int o[3], Blocks *out)
+{
+    for (int n = 0; n < 27; n++) {
+        int x = o[0] + 8 * (n % 3 - 1), y = o[1] + 8 * (n / 3 % 3 - 1), z = o[2] + 8 * (n / 9 - 1);
+        out->sample[n] = grid_block(g, x, y, z);
+        if (out->sample[n]) continue;
+        float c = grid_at(g, x, y, z, 0);
+        for (int k = 0; k < 8; k++) out->constant[n][k] = c;
+    }
+}
+
+/* Along an axis a brick's span is the last sample of the block before, all of the block, and two of the next. */
+static const struct { int from, n; } SPAN_PART[3] = {{7, 1}, {0, 8}, {0, 2}};
+
+static const float *row_of(const Blocks *blocks, int n, int row) { return blocks->sample[n] ? blocks->sample[n] + row : blocks->constant[n]; }
+
+static void cut_to_box(const Field *f, const int o[3], float *v)
+{
+    const float outside = (float)(f->iso - f->sign * f->far);
+    int from = int_max(f->lo[0] - (o[0] - 1), 0), to = int_min(f->hi[0] - (o[0] - 1) + 1, BRICK_SPAN); /* of a row, within */
+    for (int z = o[2] - 1; z < o[2] + 10; z++)
+        for (int y = o[1] - 1; y < o[1] + 10; y++, v += BRICK_SPAN) {
+            bool within = y >= f->lo[1] && y <= f->hi[1] && z >= f->lo[2] && z <= f->hi[2] && from < to;
+            for (int x = 0; x < (within ? from : BRICK_SPAN); x++) v[x] = outside;
+            for (int x = int_max(to, 0); within && x < BRICK_SPAN; x++) v[x] = outside;
+        }
+}
+
 /* The samples origin-1 ... origin+9 of a brick; those beyond the bounding box are outside. */
 static void gather_brick(const Field *f, const Grid *g, const int o[3], float *out)
 {
-    const float outside = (float)(f->iso - f->sign * f->far);
-    const float *block = NULL;
-    int bx = 0, by = 0, bz = 0;
-    bool have = false;
-    for (int k = 0; k < BRICK_SAMPLES; k++) {
-        int x = o[0] - 1 + k % BRICK_SPAN, y = o[1] - 1 + k / BRICK_SPAN % BRICK_SPAN, z = o[2] - 1 + k / (BRICK_SPAN * BRICK_SPAN);
-        if (!in_box(f, x, y, z)) {
-            out[k] = outside;
-            continue;
-        }
-        if (!have || x >> 3 != bx || y >> 3 != by || z >> 3 != bz) {
-            bx = x >> 3, by = y >> 3, bz = z >> 3;
-            block = grid_block(g, x, y, z);
-            have = true;
-        }
-        out[k] = block ? block[(z & 7) * 64 + (y & 7) * 8 + (x & 7)] : grid_at(g, x, y, z, 0);
-    }
+    Blocks blocks;
+    float *v = out;
+    find_blocks(g, o, &blocks);
+    for (int k = 0; k < 3; k++)
+        for (int z = 0; z < SPAN_PART[k].n; z++)
+            for (int j = 0; j < 3; j++)
+                for (int y = 0; y < SPAN_PART[j].n; y++, v += BRICK_SPAN) {
+                    int n = 9 * k + 3 * j, row = 64 * (SPAN_PART[k].from + z) + 8 * (SPAN_PART[j].from + y);
+                    const float *after = row_of(&blocks, n + 2, row);
+                    v[0] = row_of(&blocks, n, row)[7];
+                    memcpy(v + 1, row_of(&blocks, n + 1, row), 8 * sizeof *v);
+                    v[9] = after[0];
+                    v[10] = after[1];
+                }
+    if (!in_box(f, o[0] - 1, o[1] - 1, o[2] - 1) || !in_box(f, o[0] + 9, o[1] + 9, o[2] + 9)) cut_to_box(f, o, out);
 }
 
 /* Crossed: corners of both kinds among the samples origin ... origin+8. */
 static bool brick_is_crossed(const Field *f, const float *v)
 {
-    bool first = is_inside(f, v[1 + BRICK_SPAN + BRICK_SPAN * BRICK_SPAN]);
+    int inside = 0;
     for (int z = 1; z < 10; z++)
         for (int y = 1; y < 10; y++)
-            for (int x = 1; x < 10; x++)
-                if (is_inside(f, v[x + BRICK_SPAN * (y + BRICK_SPAN * z)]) != first) return true;
-    return false;
+            for (int x = 1; x < 10; x++) inside += is_inside(f, v[x + BRICK_SPAN * (y + BRICK_SPAN * z)]);
+    return inside > 0 && inside < 9 * 9 * 9;
 }
 
 static int compare_origin(const void *pa, const void *pb)
