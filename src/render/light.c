@@ -1,8 +1,8 @@
-/* light.c: a key that is a disc, a sky that is a sphere, a fill and a rim without shadows. */
+/* light.c: a key that is a disc, a sky that is a sphere, a fill without shadows. */
 #include "base/thread.h"
 #include "render/render_priv.h"
 
-enum { SKY_RAYS = 96, KEY_RAYS = 8, GRAIN = 128, SMOOTHINGS = 2 };
+enum { SKY_RAYS = 64, KEY_RAYS = 8, GRAIN = 128, SMOOTHINGS = 2 };
 #define KEY_RADIUS 0.16          /* of its disc, at distance 1 */
 #define LIFT 0.05                /* of a ray's start off the surface, in edges */
 /* A turn by the golden angle: points so far apart around an axis never line up. */
@@ -15,7 +15,6 @@ Studio studio_make(const Camera *c)
     Studio s = {.up = up};
     s.key = v_unit(v_add(v_scale(right, -0.55), v_add(v_scale(up, 0.85), v_scale(back, 0.55))));
     s.fill = v_unit(v_add(v_scale(right, 0.9), v_add(v_scale(up, 0.1), v_scale(back, 0.6))));
-    s.rim = v_unit(v_add(v_scale(right, 0.5), v_add(v_scale(up, 0.6), v_scale(back, -0.8))));
     return s;
 }
 
@@ -115,23 +114,29 @@ float *light_reaching(const Tracer *t, const TriMesh *m, const float *normal, co
 
 static Vec3 times(Vec3 a, Vec3 b) { return vec3(a.x * b.x, a.y * b.y, a.z * b.z); }
 
-static double to_the_64th(double x)
+static double power_5(double x) { return x * x * x * x * x; }
+
+static double power_128(double x)
 {
-    for (int i = 0; i < 6; i++) x *= x;
+    for (int i = 0; i < 7; i++) x *= x;
     return x;
+}
+
+static Vec3 sky_towards(const Studio *s, Vec3 d)
+{
+    static const Vec3 above = {0.80, 0.92, 1.05}, below = {0.26, 0.25, 0.25};
+    return v_mix(below, above, 0.5 + 0.5 * v_dot(d, s->up));
 }
 
 Vec3 studio_shade(const Studio *s, Vec3 albedo, Vec3 n, Vec3 to_eye, double key, double sky)
 {
-    static const Vec3 key_light = {1.00, 0.95, 0.88}, sky_above = {0.62, 0.72, 0.85}, sky_below = {0.30, 0.28, 0.27},
-                      fill_light = {0.14, 0.15, 0.17}, rim_light = {0.55, 0.60, 0.66};
-    double grazing = 1 - real_max(v_dot(n, to_eye), 0), edge = grazing * grazing * grazing;
-    Vec3 half = v_unit(v_add(s->key, to_eye));
+    static const Vec3 key_light = {1.15, 1.08, 0.98}, fill_light = {0.16, 0.17, 0.20};
+    double facing = v_dot(n, to_eye), mirror = 0.03 + 0.6 * power_5(1 - facing); /* Schlick's; a rough surface's rim is dimmer */
+    Vec3 half = v_unit(v_add(s->key, to_eye)), mirrored = v_axpy(v_scale(to_eye, -1), 2 * facing, n);
 
-    Vec3 light = v_scale(v_mix(sky_below, sky_above, 0.5 + 0.5 * v_dot(n, s->up)), sky);
+    Vec3 light = v_scale(sky_towards(s, n), 0.6 * sky * sky);
     light = v_axpy(light, key * real_max(v_dot(n, s->key), 0), key_light);
     light = v_axpy(light, sky * real_max(v_dot(n, s->fill), 0), fill_light);
-    Vec3 out = times(albedo, light);
-    out = v_axpy(out, sky * edge * (0.3 + 0.7 * real_max(v_dot(n, s->rim), 0)), rim_light);
-    return v_axpy(out, 0.35 * key * to_the_64th(real_max(v_dot(n, half), 0)), key_light);
+    Vec3 out = v_axpy(times(albedo, light), mirror * sky, sky_towards(s, mirrored));
+    return v_axpy(out, 0.5 * key * power_128(real_max(v_dot(n, half), 0)), key_light);
 }

@@ -6,7 +6,7 @@
 enum { TILE = 16 };
 #define WIRE_PIXELS 1.1     /* how wide the lines are */
 
-static const Vec3 clay = {0.22, 0.42, 0.58}, light_cell = {0.72, 0.72, 0.68}, dark_cell = {0.13, 0.30, 0.47},
+static const Vec3 clay = {0.15, 0.36, 0.52}, light_cell = {0.70, 0.70, 0.66}, dark_cell = {0.08, 0.24, 0.40},
                   paper = {0.94, 0.94, 0.94}, ink = {0.015, 0.02, 0.03};
 
 struct Renderer {

@@ -1,6 +1,6 @@
 /* render.h: one frame's mesh pictured by casting rays.
  *
- * Light is a studio's that moves with the camera: a key from the upper left, a sky, a fill and a rim. How much of key and sky
+ * Light is a studio's that moves with the camera: a key from the upper left, a sky and a fill. How much of key and sky
  * reaches a vertex is found by rays from it, once a frame, so that a sample of the picture costs one ray.
  * The same meshes give the same planes with any number of threads. */
 #pragma once

@@ -39,7 +39,7 @@ bool tracer_is_blocked(const Tracer *t, Vec3 from, Vec3 along);
 
 /* --- light.c */
 typedef struct Studio {
-    Vec3 key, fill, rim, up;   /* towards them; unit */
+    Vec3 key, fill, up;        /* towards them; unit */
 } Studio;
 Studio studio_make(const Camera *c);
 /* How much of the key and of the sky reaches each vertex, 0 to 1: [2 * nvert], of the caller's; normal: [3 * nvert]. */
