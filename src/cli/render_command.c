@@ -282,11 +282,11 @@ static bool needs_bounds(const RenderRun *run)
 
 static bool render_open(RenderRun *run, const Options *o, Err *err)
 {
-    Vec3 eye;
+    Vec3 eye, target;
     if (o->noperand != 1)
         return fail(err, ERR_USAGE, "one sequence of meshes is to be named: the PREFIX that mesh was given, PLY files, a glTF, or - for names on standard input");
     if (!parse_size(option_text(o, RENDER_SIZE), &run->width, &run->height, err) || !choose_output(run, o, err) || !choose_look(run, o, err)) return false;
-    if (option_given(o, RENDER_CAMERA) && !parse_camera(option_text(o, RENDER_CAMERA), &eye, &eye, err)) return false;
+    if (option_given(o, RENDER_CAMERA) && !parse_camera(option_text(o, RENDER_CAMERA), &eye, &target, err)) return false;
     if (!render_source_open(&run->source, o, err)) return false;
     if (render_source_is_piped(&run->source)) {
         if (option_given(o, RENDER_ORBIT)) return fail(err, ERR_USAGE, "--orbit goes with frames that are all there, not with names on standard input");
