@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+/* Blender reads a pass only if its channels are single letters, and a motion only if a third one, `a`, goes with u and v. */
 const PlaneSpec plane_table[PLANE_COUNT] = {
     [PLANE_R] = {"R", LAYER_BEAUTY, PLANE_SMALL},
     [PLANE_G] = {"G", LAYER_BEAUTY, PLANE_SMALL},
@@ -17,12 +18,12 @@ const PlaneSpec plane_table[PLANE_COUNT] = {
     [PLANE_POSITION_Z] = {"position.Z", LAYER_POSITION, PLANE_LARGE},
     [PLANE_FORWARD_U] = {"forward.u", LAYER_MOTION, PLANE_SMALL},
     [PLANE_FORWARD_V] = {"forward.v", LAYER_MOTION, PLANE_SMALL},
-    [PLANE_FORWARD_KNOWN] = {"forward.known", LAYER_MOTION, PLANE_SMALL},
+    [PLANE_FORWARD_KNOWN] = {"forward.a", LAYER_MOTION, PLANE_SMALL},
     [PLANE_BACKWARD_U] = {"backward.u", LAYER_MOTION, PLANE_SMALL},
     [PLANE_BACKWARD_V] = {"backward.v", LAYER_MOTION, PLANE_SMALL},
-    [PLANE_BACKWARD_KNOWN] = {"backward.known", LAYER_MOTION, PLANE_SMALL},
-    [PLANE_OBJECT] = {"id.object", LAYER_ID, PLANE_NUMBER},
-    [PLANE_VERTEX] = {"id.vertex", LAYER_ID, PLANE_NUMBER},
+    [PLANE_BACKWARD_KNOWN] = {"backward.a", LAYER_MOTION, PLANE_SMALL},
+    [PLANE_OBJECT] = {"objectId.X", LAYER_ID, PLANE_NUMBER},
+    [PLANE_VERTEX] = {"vertexId.X", LAYER_ID, PLANE_NUMBER},
     [PLANE_REST_X] = {"rest.X", LAYER_REST, PLANE_LARGE},
     [PLANE_REST_Y] = {"rest.Y", LAYER_REST, PLANE_LARGE},
     [PLANE_REST_Z] = {"rest.Z", LAYER_REST, PLANE_LARGE},

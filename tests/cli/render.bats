@@ -28,7 +28,7 @@ channels() { exrinfo "$1" | sed -nE "s/^ +'([^']+)': (uint|half|float) .*/\1 \2/
     expect 0
     [ "$(ls)" = "$(printf '%s\n' balls.* p.000{1,2,3,4}.exr)" ]
     exrinfo p.0002.exr | grep -q '64 x 48' && exrinfo p.0002.exr | grep -q "compression: 'zip'"
-    [ "$(channels p.0002.exr | tr '\n' ,)" = "A float,B float,G float,R float,Z float,backward.known float,backward.u float,backward.v float,forward.known float,forward.u float,forward.v float,id.object uint,id.vertex uint,normal.X float,normal.Y float,normal.Z float,position.X float,position.Y float,position.Z float,rest.X float,rest.Y float,rest.Z float," ]
+    [ "$(channels p.0002.exr | tr '\n' ,)" = "A float,B float,G float,R float,Z float,backward.a float,backward.u float,backward.v float,forward.a float,forward.u float,forward.v float,normal.X float,normal.Y float,normal.Z float,objectId.X uint,position.X float,position.Y float,position.Z float,rest.X float,rest.Y float,rest.Z float,vertexId.X uint," ]
     render balls -o h.exr --frames 3 --half --layers beauty,depth
     expect 0
     [ "$(channels h.exr | tr '\n' ,)" = "A half,B half,G half,R half,Z float," ]
