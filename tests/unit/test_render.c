@@ -346,13 +346,19 @@ static void rest_positions_of_two_frames_do_not_mix(void **state)
     trimesh_free(&m);
 }
 
-static void missing_normals_are_made(void **state)
+static void missing_and_odd_normals_are_made(void **state)
 {
     (void)state;
     TriMesh m = sphere();
     memset(m.normal, 0, 3 * (size_t)m.nvert * sizeof *m.normal);
     float *normal = surface_normals(&m);
     for (int v = 0; v < m.nvert; v++) assert_true(v_dist(vertex_at(normal, v), vertex_at(m.pos, v)) < 0.08);
+    mem_free(normal);
+    put(m.normal + 15, v_unit(v_add(vertex_at(m.pos, 5), vec3(0.2, 0, 0)))); /* one that is sound */
+    put(m.normal + 18, vec3(0, 0, -1));                                      /* and one that is not */
+    normal = surface_normals(&m);
+    assert_memory_equal(normal + 15, m.normal + 15, 3 * sizeof *normal);
+    assert_true(v_dist(vertex_at(normal, 6), vertex_at(m.pos, 6)) < 0.08);
     mem_free(normal);
     trimesh_free(&m);
 }
@@ -393,7 +399,7 @@ int main(void)
         cmocka_unit_test(indices_are_no_identities),
         cmocka_unit_test(edges_between_parents_are_drawn),
         cmocka_unit_test(rest_positions_of_two_frames_do_not_mix),
-        cmocka_unit_test(missing_normals_are_made),
+        cmocka_unit_test(missing_and_odd_normals_are_made),
         cmocka_unit_test(columns_are_pasted),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
