@@ -27,6 +27,7 @@ typedef struct RenderRun {
     RenderSource source;
     Renderer *renderer;
     Bounds bounds;           /* of all frames; of the first one where they arrive */
+    Fit fit;                 /* likewise */
     Camera camera;           /* of the first frame */
     Vec3 target, up;
     double turn_deg;         /* a frame number */
@@ -100,13 +101,19 @@ static bool choose_look(RenderRun *run, const Options *o, Err *err)
 
 /* --- the view ---------------------------------------------------------------------------------------- */
 
+static void measure(RenderRun *run, const TriMesh *m)
+{
+    bounds_add_mesh(&run->bounds, m);
+    fit_add_mesh(&run->fit, m);
+}
+
 static bool measure_all(RenderRun *run, Err *err)
 {
     RenderShot shot;
     SequenceStep step;
     while (!stop_signal() && (step = render_source_next(&run->source, false, &shot, err)) != SEQUENCE_END) {
         if (step == SEQUENCE_ERROR) return false;
-        bounds_add_mesh(&run->bounds, shot.mesh);
+        measure(run, shot.mesh);
     }
     render_source_rewind(&run->source);
     return true;
@@ -114,26 +121,27 @@ static bool measure_all(RenderRun *run, Err *err)
 
 static int column_width(const RenderRun *run) { return run->papers ? run->width / COLUMNS : run->width; }
 
-static void look_at_bounds(RenderRun *run, double fov)
+/* From the front, somewhat from the right and above. */
+static void begin_view(RenderRun *run)
 {
     static const Vec3 from_z_up = {0.45, -1, 0.42}, from_y_up = {0.45, 0.42, 1};
     bool z_up = option_choice(run->options, RENDER_UP) == 1;
-    run->target = bounds_centre(&run->bounds);
-    run->camera = camera_fit(&run->bounds, v_unit(z_up ? from_z_up : from_y_up), run->up, run->turn_deg != 0, fov, column_width(run), run->height);
+    run->up = z_up ? vec3(0, 0, 1) : vec3(0, 1, 0);
+    run->bounds = bounds_none();
+    run->fit = fit_begin(z_up ? from_z_up : from_y_up, run->up, option_real(run->options, RENDER_FOV), column_width(run), run->height);
 }
 
-/* Once the bounds are known that it needs. */
+/* Once all is measured. */
 static bool set_view(RenderRun *run, Err *err)
 {
     const Options *o = run->options;
-    double fov = option_real(o, RENDER_FOV);
     Vec3 eye;
-    run->up = option_choice(o, RENDER_UP) == 1 ? vec3(0, 0, 1) : vec3(0, 1, 0);
     if (option_given(o, RENDER_CAMERA)) {
         if (!parse_camera(option_text(o, RENDER_CAMERA), &eye, &run->target, err)) return false;
-        run->camera = camera_make(eye, run->target, run->up, fov, column_width(run), run->height);
+        run->camera = camera_make(eye, run->target, run->up, option_real(o, RENDER_FOV), column_width(run), run->height);
     } else {
-        look_at_bounds(run, fov);
+        run->target = bounds_centre(&run->bounds);
+        run->camera = run->turn_deg == 0 ? fit_camera(&run->fit) : fit_turning(&run->fit, &run->bounds, run->up);
     }
     if (!(run->look.cell > 0)) run->look.cell = bounds_size(&run->bounds) / 24;
     run->has_view = true;
@@ -251,7 +259,7 @@ static bool picture_shot(RenderRun *run, const RenderShot *shot, Err *err)
 static bool do_shot(RenderRun *run, const RenderShot *shot, Err *err)
 {
     if (!run->has_view) {
-        bounds_add_mesh(&run->bounds, shot->mesh);
+        measure(run, shot->mesh);
         if (!set_view(run, err)) return false;
     }
     if (!has_all(run, shot, err) || !picture_shot(run, shot, err)) return false;
@@ -274,7 +282,7 @@ static bool render_all(RenderRun *run, Err *err)
     return true;
 }
 
-static bool needs_bounds(const RenderRun *run)
+static bool needs_measures(const RenderRun *run)
 {
     const Options *o = run->options;
     return !option_given(o, RENDER_CAMERA) || (run->look.surface == SURFACE_CHECKER && !option_given(o, RENDER_CELL));
@@ -287,12 +295,13 @@ static bool render_open(RenderRun *run, const Options *o, Err *err)
         return fail(err, ERR_USAGE, "one sequence of meshes is to be named: the PREFIX that mesh was given, PLY files, a glTF, or - for names on standard input");
     if (!parse_size(option_text(o, RENDER_SIZE), &run->width, &run->height, err) || !choose_output(run, o, err) || !choose_look(run, o, err)) return false;
     if (option_given(o, RENDER_CAMERA) && !parse_camera(option_text(o, RENDER_CAMERA), &eye, &target, err)) return false;
+    begin_view(run);
     if (!render_source_open(&run->source, o, err)) return false;
     if (render_source_is_piped(&run->source)) {
         if (option_given(o, RENDER_ORBIT)) return fail(err, ERR_USAGE, "--orbit goes with frames that are all there, not with names on standard input");
     } else {
         set_turn(run);
-        if (needs_bounds(run) && !measure_all(run, err)) return false;
+        if (needs_measures(run) && !measure_all(run, err)) return false;
         if (!set_view(run, err)) return false;
     }
     run->renderer = renderer_open(err);
@@ -306,7 +315,6 @@ static int render_run(Options *o)
     Loudness loud = option_given(o, RENDER_QUIET) ? LOUD_QUIET : option_given(o, RENDER_VERBOSE) ? LOUD_VERBOSE : LOUD_NORMAL;
     run->console = console_make(loud);
     run->options = o;
-    run->bounds = bounds_none();
     run->print = option_given(o, RENDER_PRINT);
     thread_set_count(option_given(o, RENDER_THREADS) ? option_int(o, RENDER_THREADS) : thread_hardware_count());
     bool opened = render_open(run, o, &err), ok = opened && render_all(run, &err);

@@ -28,6 +28,13 @@ void bounds_add_mesh(Bounds *b, const TriMesh *m);
 Vec3 bounds_centre(const Bounds *b); /* 0 of nothing */
 double bounds_size(const Bounds *b); /* the diagonal; 1 of nothing or of a point */
 
-/* Looks along -back at the centre of what is bounded, from so far that all of it is seen; with whole_turn also when the camera
- * is turned around `up` through that centre. */
-Camera camera_fit(const Bounds *b, Vec3 back, Vec3 up, bool whole_turn, double fov_deg, int width, int height);
+/* A camera with these axes and this angle that just sees all that is added, in the middle. */
+typedef struct Fit {
+    Camera camera;
+    double most[4]; /* of places along the normals of the sides of what it sees */
+} Fit;
+Fit fit_begin(Vec3 back, Vec3 up, double fov_deg, int width, int height);
+void fit_add_mesh(Fit *f, const TriMesh *m);
+Camera fit_camera(const Fit *f);
+/* One that sees the box also when it is turned around `up` through the box's centre, at which it looks. */
+Camera fit_turning(const Fit *f, const Bounds *b, Vec3 up);

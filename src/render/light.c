@@ -131,10 +131,10 @@ static Vec3 sky_towards(const Studio *s, Vec3 d)
 Vec3 studio_shade(const Studio *s, Vec3 albedo, Vec3 n, Vec3 to_eye, double key, double sky)
 {
     static const Vec3 key_light = {1.15, 1.08, 0.98}, fill_light = {0.16, 0.17, 0.20};
-    double facing = v_dot(n, to_eye), mirror = 0.03 + 0.6 * power_5(1 - facing); /* Schlick's; a rough surface's rim is dimmer */
+    double facing = v_dot(n, to_eye), mirror = 0.03 + 0.4 * power_5(1 - facing); /* Schlick's; a rough surface's rim is dimmer */
     Vec3 half = v_unit(v_add(s->key, to_eye)), mirrored = v_axpy(v_scale(to_eye, -1), 2 * facing, n);
 
-    Vec3 light = v_scale(sky_towards(s, n), 0.6 * sky * sky);
+    Vec3 light = v_scale(sky_towards(s, n), 0.5 * sky * (0.5 + sky));
     light = v_axpy(light, key * real_max(v_dot(n, s->key), 0), key_light);
     light = v_axpy(light, sky * real_max(v_dot(n, s->fill), 0), fill_light);
     Vec3 out = v_axpy(times(albedo, light), mirror * sky, sky_towards(s, mirrored));

@@ -56,7 +56,7 @@ Motion motion_find(const TriMesh *m, const RenderOther *other);
 void motion_free(Motion *motion);
 
 /* --- surface.c: what lies on the mesh */
-float *surface_normals(const TriMesh *m);     /* [3*nvert] unit, the mesh's own where it has them; of the caller's */
+float *surface_normals(const TriMesh *m);     /* [3*nvert] unit, the mesh's own where they agree with its triangles; of the caller's */
 uint32_t *surface_objects(const TriMesh *m);  /* [nvert] the least identity of each one's component; of the caller's */
 /* [ntri] bit k: the edge from corner k to the next one is drawn. NULL of WIRE_NONE; of the caller's. */
 uint8_t *surface_wire(const TriMesh *m, RenderWire wire);

@@ -24,19 +24,17 @@ static Vec3 *area_normals(const TriMesh *m)
     return sum;
 }
 
+/* A gradient is no guide beside a wall that cuts the field off, and along an edge: it may be turned away from all triangles there. */
 float *surface_normals(const TriMesh *m)
 {
+    const double agree = 0.85; /* cosine */
     float *normal = NEW(float, 3 * (size_t)m->nvert);
-    Vec3 *computed = NULL;
+    Vec3 *by_area = area_normals(m);
     for (int v = 0; v < m->nvert; v++) {
-        Vec3 n = v_unit(vertex_at(m->normal, v));
-        if (!(v_len2(n) > 0.5)) {
-            if (!computed) computed = area_normals(m);
-            n = v_unit(computed[v]);
-        }
-        put_vec3(normal + 3 * (size_t)v, n);
+        Vec3 n = v_unit(vertex_at(m->normal, v)), around = v_unit(by_area[v]);
+        put_vec3(normal + 3 * (size_t)v, v_dot(n, around) >= agree ? n : around);
     }
-    mem_free(computed);
+    mem_free(by_area);
     return normal;
 }
 

@@ -96,19 +96,46 @@ static void a_ray_comes_back_to_its_pixel(void **state)
     assert_true(above.y < 0.5 * HEIGHT && fabs(above.x - 0.5 * WIDTH) < 1e-9);
 }
 
-static void a_fitted_camera_sees_all(void **state)
+/* How far the mesh reaches in the picture: left, right, top, bottom. */
+static void reach_in_picture(const TriMesh *m, const Camera *c, double out[4])
+{
+    out[0] = out[2] = INFINITY;
+    out[1] = out[3] = -INFINITY;
+    for (int v = 0; v < m->nvert; v++) {
+        Vec3 p = camera_project(c, vertex_at(m->pos, v));
+        assert_true(p.z > 0);
+        out[0] = fmin(out[0], p.x), out[1] = fmax(out[1], p.x), out[2] = fmin(out[2], p.y), out[3] = fmax(out[3], p.y);
+    }
+}
+
+static void a_fitted_camera_sees_all_in_the_middle(void **state)
 {
     (void)state;
-    TriMesh m = sphere();
+    TriMesh m = moved_sphere(&(Way){0, {7, -3, 5}});
+    Fit fit = fit_begin(vec3(1, -2, 3), vec3(0, 0, 1), 30, WIDTH, HEIGHT);
+    double at[4];
+    fit_add_mesh(&fit, &m);
+    Camera c = fit_camera(&fit);
+    reach_in_picture(&m, &c, at);
+    assert_true(fabs(at[0] + at[1] - WIDTH) < 0.1 && fabs(at[2] + at[3] - HEIGHT) < 0.1);
+    assert_true(at[2] > 0 && at[2] < 0.05 * HEIGHT);
+    trimesh_free(&m);
+}
+
+static void a_turning_camera_sees_all(void **state)
+{
+    (void)state;
+    TriMesh m = moved_sphere(&(Way){0, {7, -3, 5}});
+    Vec3 up = vec3(0, 0, 1);
+    Fit fit = fit_begin(vec3(1, -2, 3), up, 30, WIDTH, HEIGHT);
     Bounds b = bounds_none();
     bounds_add_mesh(&b, &m);
+    Camera first = fit_turning(&fit, &b, up);
     for (int turn = 0; turn < 8; turn++) {
-        Camera first = camera_fit(&b, v_unit(vec3(1, -2, 3)), vec3(0, 0, 1), true, 30, WIDTH, HEIGHT),
-               c = camera_turned(&first, bounds_centre(&b), vec3(0, 0, 1), 45 * turn);
-        for (int v = 0; v < m.nvert; v++) {
-            Vec3 p = camera_project(&c, vertex_at(m.pos, v));
-            assert_true(p.z > 0 && p.x >= 0 && p.x <= WIDTH && p.y >= 0 && p.y <= HEIGHT);
-        }
+        double at[4];
+        Camera c = camera_turned(&first, bounds_centre(&b), up, 45 * turn);
+        reach_in_picture(&m, &c, at);
+        assert_true(at[0] >= 0 && at[1] <= WIDTH && at[2] >= 0 && at[3] <= HEIGHT);
     }
     trimesh_free(&m);
 }
@@ -346,13 +373,19 @@ static void rest_positions_of_two_frames_do_not_mix(void **state)
     trimesh_free(&m);
 }
 
-static void missing_normals_are_made(void **state)
+static void missing_and_odd_normals_are_made(void **state)
 {
     (void)state;
     TriMesh m = sphere();
     memset(m.normal, 0, 3 * (size_t)m.nvert * sizeof *m.normal);
     float *normal = surface_normals(&m);
     for (int v = 0; v < m.nvert; v++) assert_true(v_dist(vertex_at(normal, v), vertex_at(m.pos, v)) < 0.08);
+    mem_free(normal);
+    put(m.normal + 15, v_unit(v_add(vertex_at(m.pos, 5), vec3(0.2, 0, 0)))); /* one that is sound */
+    put(m.normal + 18, vec3(0, 0, -1));                                      /* and one that is not */
+    normal = surface_normals(&m);
+    assert_memory_equal(normal + 15, m.normal + 15, 3 * sizeof *normal);
+    assert_true(v_dist(vertex_at(normal, 6), vertex_at(m.pos, 6)) < 0.08);
     mem_free(normal);
     trimesh_free(&m);
 }
@@ -382,7 +415,8 @@ int main(void)
     thread_set_count(2);
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_ray_comes_back_to_its_pixel),
-        cmocka_unit_test(a_fitted_camera_sees_all),
+        cmocka_unit_test(a_fitted_camera_sees_all_in_the_middle),
+        cmocka_unit_test(a_turning_camera_sees_all),
         cmocka_unit_test(any_camera_has_axes),
         cmocka_unit_test(data_are_those_of_the_sphere),
         cmocka_unit_test(alpha_is_the_area),
@@ -393,7 +427,7 @@ int main(void)
         cmocka_unit_test(indices_are_no_identities),
         cmocka_unit_test(edges_between_parents_are_drawn),
         cmocka_unit_test(rest_positions_of_two_frames_do_not_mix),
-        cmocka_unit_test(missing_normals_are_made),
+        cmocka_unit_test(missing_and_odd_normals_are_made),
         cmocka_unit_test(columns_are_pasted),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
