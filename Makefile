@@ -151,6 +151,12 @@ papers:
 	+@$(MAKE) --no-print-directory all $(PAPERS)
 	@tests/papers.sh $(B)
 
+# The pictures of man/gallery: two minutes.
+gallery:
+	@.ci/deps $(BUILD_PACKAGES)
+	+@$(MAKE) --no-print-directory all
+	@tests/gallery.sh $(B)
+
 # A thousand drawn sequences, every frame checked: ten minutes. SOAK_ARGS: see tests/soak/soak.c.
 soak:
 	@.ci/deps $(BUILD_PACKAGES)
@@ -197,7 +203,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench papers soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench papers gallery soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)

@@ -24,7 +24,7 @@ columns() { # name, sequence, first-last: the last is pictured, options of mesh.
     local name=$1 last=${3#*-}
     wanted "$name" || return 0
     track "$@"
-    "$twinmesh" render "$scratch/$name" --frames "$last-$last" --style papers --size 1080x360 --samples 16 -o "$out/$name.png" --quiet
+    "$twinmesh" render "$scratch/$name" --frames "$last-$last" --style papers --size 720x240 --samples 16 -o "$out/$name.png" --quiet
     echo "$out/$name.png"
 }
 
@@ -37,7 +37,7 @@ scene() { # name, frame: with the edge and the angle that the scene's comment te
 
 if wanted splash; then
     track splash 'data-samples/splash/fluid.####.vdb' 18-26 --velocity velocity
-    "$twinmesh" render "$scratch/splash" --frames 26-26 --size 1080x540 --samples 16 -o "$out/splash.png" --quiet
+    "$twinmesh" render "$scratch/splash" --frames 26-26 --size 720x360 --samples 16 -o "$out/splash.png" --quiet
     echo "$out/splash.png"
 fi
 columns splash-columns 'data-samples/splash/fluid.####.vdb' 18-24 --velocity velocity
@@ -45,14 +45,11 @@ columns smoke 'data-samples/smoke/density.####.vdb' 20-31
 scene gi07-teaser 24
 scene gi07-figure1 24
 scene gi07-figure6-top 12
-scene gi07-figure7c 12
 scene gi07-figure8 1
 scene gi07-figure9b 16
 scene gi07-figure9c 16
 scene gi07-figure10 16
-scene rr6128-figure1 24
+scene rr6128-figure1 16
 scene rr6128-figure13b 24
-scene rr6128-figure14-1 24
 scene rr6128-figure14-2 24
-scene rr6128-figure14-3 24
 scene rr6128-figure14-4 24
