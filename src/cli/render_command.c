@@ -288,7 +288,7 @@ static bool needs_measures(const RenderRun *run)
     return !option_given(o, RENDER_CAMERA) || (run->look.surface == SURFACE_CHECKER && !option_given(o, RENDER_CELL));
 }
 
-static bool render_open(RenderRun *run, const Options *o, Err *err)
+static bool render_open(RenderRun *run, Options *o, Err *err)
 {
     Vec3 eye, target;
     if (o->noperand != 1)
