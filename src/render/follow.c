@@ -1,4 +1,4 @@
-/* motion.c: where the vertices of a mesh are in another frame. */
+/* follow.c: where the vertices of a mesh are in another frame. */
 #include "base/hash.h"
 #include "render/render_priv.h"
 
