@@ -29,7 +29,7 @@ typedef struct RenderRun {
     Bounds bounds;           /* of all frames; of the first one where they arrive */
     Fit fit;                 /* likewise */
     Camera camera;           /* of the first frame */
-    Vec3 target, up;
+    Vec3 eye, target, up;    /* eye: of --camera */
     double turn_deg;         /* a frame number */
     int64_t first;
     bool has_view;
@@ -41,14 +41,14 @@ typedef struct RenderRun {
 static bool parse_size(const char *text, int *width, int *height, Err *err)
 {
     char end;
-    if (sscanf(text, "%6dx%6d%c", width, height, &end) == 2 && *width >= 1 && *height >= 1 && *width <= SIDE_MOST && *height <= SIDE_MOST)
-        return true;
+    bool two = sscanf(text, "%6dx%6d%c", width, height, &end) == 2;
+    if (two && *width >= 1 && *height >= 1 && *width <= SIDE_MOST && *height <= SIDE_MOST) return true;
     return fail(err, ERR_USAGE, "--size %.100s: must be WxH, such as 1920x1080, each from 1 to %d", text, SIDE_MOST);
 }
 
 static bool parse_camera(const char *text, Vec3 *eye, Vec3 *target, Err *err)
 {
-    double x[6];
+    double x[6] = {0};
     const char *at = text;
     int n = 0;
     for (char *end; n < 6; n++, at = end + (*end == ',')) {
@@ -76,8 +76,8 @@ static bool choose_output(RenderRun *run, const Options *o, Err *err)
     if (!run->exr && !ends_in(run->pattern, ".png"))
         return fail(err, ERR_USAGE, "--output %.400s: pictures are written as .exr or .png; end the name so", run->pattern);
     run->layers = run->exr ? o->value[RENDER_LAYERS].set : 1u << LAYER_BEAUTY;
-    if (run->png && !(run->layers >> LAYER_BEAUTY & 1)) return fail(err, ERR_USAGE, "--layers %s: a .png is made of the beauty; name it too", option_text(o, RENDER_LAYERS));
-    return true;
+    return !run->png || (run->layers >> LAYER_BEAUTY & 1) ||
+           fail(err, ERR_USAGE, "--layers %s: a .png is made of the beauty; name it too", option_text(o, RENDER_LAYERS));
 }
 
 static bool choose_look(RenderRun *run, const Options *o, Err *err)
@@ -88,12 +88,16 @@ static bool choose_look(RenderRun *run, const Options *o, Err *err)
     run->look = (RenderLook){.samples = option_int(o, RENDER_SAMPLES), .cell = option_given(o, RENDER_CELL) ? option_real(o, RENDER_CELL) : 0};
     if (run->papers) {
         if (option_given(o, RENDER_KIND) || option_given(o, RENDER_WIRE) || option_given(o, RENDER_TEXTURE) || option_given(o, RENDER_LAYERS))
-            return fail(err, ERR_USAGE, "--style papers has a kind, wires, a texture and layers of its own; leave out --kind, --wire, --texture, --layers");
+            return fail(err, ERR_USAGE,
+                        "--style papers has a kind, wires, a texture and layers of its own; leave out --kind, --wire, --texture, "
+                        "--layers");
         run->layers = 1u << LAYER_BEAUTY;
         run->look.surface = SURFACE_CHECKER;
         return run->width >= COLUMNS || fail(err, ERR_USAGE, "--size %s: three columns need a width of 3", option_text(o, RENDER_SIZE));
     }
-    if (mechanical && wire == 1) return fail(err, ERR_USAGE, "--wire geometric: the edges of the geometric mesh are not on the mechanical one; leave out --kind mechanical");
+    if (mechanical && wire == 1)
+        return fail(err, ERR_USAGE,
+                    "--wire geometric: the edges of the geometric mesh are not on the mechanical one; leave out --kind mechanical");
     run->look.surface = option_choice(o, RENDER_TEXTURE) == 1 ? SURFACE_CHECKER : SURFACE_CLAY;
     run->look.wire = wire == 0 ? WIRE_NONE : wire == 2 && !mechanical ? WIRE_PARENTS : WIRE_TRIANGLES;
     return true;
@@ -132,20 +136,17 @@ static void begin_view(RenderRun *run)
 }
 
 /* Once all is measured. */
-static bool set_view(RenderRun *run, Err *err)
+static void set_view(RenderRun *run)
 {
     const Options *o = run->options;
-    Vec3 eye;
     if (option_given(o, RENDER_CAMERA)) {
-        if (!parse_camera(option_text(o, RENDER_CAMERA), &eye, &run->target, err)) return false;
-        run->camera = camera_make(eye, run->target, run->up, option_real(o, RENDER_FOV), column_width(run), run->height);
+        run->camera = camera_make(run->eye, run->target, run->up, option_real(o, RENDER_FOV), column_width(run), run->height);
     } else {
         run->target = bounds_centre(&run->bounds);
         run->camera = run->turn_deg == 0 ? fit_camera(&run->fit) : fit_turning(&run->fit, &run->bounds, run->up);
     }
     if (!(run->look.cell > 0)) run->look.cell = bounds_size(&run->bounds) / 24;
     run->has_view = true;
-    return true;
 }
 
 static void set_turn(RenderRun *run)
@@ -213,9 +214,12 @@ static bool has_all(const RenderRun *run, const RenderShot *shot, Err *err)
     const TriMesh *m = shot->mesh;
     if (m->ntri == 0) return true;
     if (run->look.wire == WIRE_PARENTS && !m->parent)
-        return fail(err, ERR_INPUT, "frame %lld: the mesh does not say of which mechanical triangles it is; picture the PLY files of twinmesh mesh", (long long)shot->number);
+        return fail(err, ERR_INPUT,
+                    "frame %lld: the mesh does not say of which mechanical triangles it is; picture the PLY files of twinmesh mesh",
+                    (long long)shot->number);
     if (run->layers >> LAYER_REST & 1 && !render_has_rest(m))
-        return fail(err, ERR_INPUT, "frame %lld: the mesh has no rest positions; picture PLY files of twinmesh mesh --rest", (long long)shot->number);
+        return fail(err, ERR_INPUT, "frame %lld: the mesh has no rest positions; picture PLY files of twinmesh mesh --rest",
+                    (long long)shot->number);
     return true;
 }
 
@@ -260,7 +264,7 @@ static bool do_shot(RenderRun *run, const RenderShot *shot, Err *err)
 {
     if (!run->has_view) {
         measure(run, shot->mesh);
-        if (!set_view(run, err)) return false;
+        set_view(run);
     }
     if (!has_all(run, shot, err) || !picture_shot(run, shot, err)) return false;
     console_detail(&run->console, "frame %lld: %d triangles", (long long)shot->number, shot->mesh->ntri);
@@ -288,24 +292,30 @@ static bool needs_measures(const RenderRun *run)
     return !option_given(o, RENDER_CAMERA) || (run->look.surface == SURFACE_CHECKER && !option_given(o, RENDER_CELL));
 }
 
-static bool render_open(RenderRun *run, const Options *o, Err *err)
+/* All is measured at once where all is there. */
+static bool open_meshes(RenderRun *run, Options *o, Err *err)
 {
-    Vec3 eye, target;
-    if (o->noperand != 1)
-        return fail(err, ERR_USAGE, "one sequence of meshes is to be named: the PREFIX that mesh was given, PLY files, a glTF, or - for names on standard input");
-    if (!parse_size(option_text(o, RENDER_SIZE), &run->width, &run->height, err) || !choose_output(run, o, err) || !choose_look(run, o, err)) return false;
-    if (option_given(o, RENDER_CAMERA) && !parse_camera(option_text(o, RENDER_CAMERA), &eye, &target, err)) return false;
-    begin_view(run);
     if (!render_source_open(&run->source, o, err)) return false;
-    if (render_source_is_piped(&run->source)) {
-        if (option_given(o, RENDER_ORBIT)) return fail(err, ERR_USAGE, "--orbit goes with frames that are all there, not with names on standard input");
-    } else {
-        set_turn(run);
-        if (needs_measures(run) && !measure_all(run, err)) return false;
-        if (!set_view(run, err)) return false;
-    }
-    run->renderer = renderer_open(err);
-    return run->renderer != NULL;
+    if (render_source_is_piped(&run->source))
+        return !option_given(o, RENDER_ORBIT) ||
+               fail(err, ERR_USAGE, "--orbit goes with frames that are all there, not with names on standard input");
+    set_turn(run);
+    if (needs_measures(run) && !measure_all(run, err)) return false;
+    set_view(run);
+    return true;
+}
+
+static bool render_open(RenderRun *run, Options *o, Err *err)
+{
+    if (o->noperand != 1)
+        return fail(err, ERR_USAGE,
+                    "one sequence of meshes is to be named: the PREFIX that mesh was given, PLY files, a glTF, or - for names on "
+                    "standard input");
+    if (!parse_size(option_text(o, RENDER_SIZE), &run->width, &run->height, err)) return false;
+    if (option_given(o, RENDER_CAMERA) && !parse_camera(option_text(o, RENDER_CAMERA), &run->eye, &run->target, err)) return false;
+    if (!choose_output(run, o, err) || !choose_look(run, o, err)) return false;
+    begin_view(run);
+    return open_meshes(run, o, err) && (run->renderer = renderer_open(err)) != NULL;
 }
 
 static int render_run(Options *o)

@@ -1,6 +1,5 @@
 #include "cli/render_source.h"
 
-#include "cli/run_report.h"
 #include "io/ply.h"
 
 #include <string.h>
@@ -58,27 +57,22 @@ static bool read_twin_file(const char *path, TriMesh *out, Err *err)
 /* --- opening ------------------------------------------------------------------------------------------- */
 
 /* A glTF's frames are those of its run, where that left a report. */
-static void number_frames(MeshSequence *meshes, const char *name)
-{
-    if (!mesh_sequence_is_gltf(meshes) || !mesh_sequence_is_prefix(name)) return;
-    RunReport report = run_report_read(name);
-    if (report.first != NONE) mesh_sequence_number_from(meshes, report.first, report.step);
-    run_report_free(&report);
-}
-
-static MeshSequence *open_kind(const char *name, int kind, Err *err)
+static MeshSequence *open_kind(const RenderSource *s, const char *name, int kind, Err *err)
 {
     MeshSequence *meshes = mesh_sequence_open(name, kind_name[kind], err);
-    if (meshes) number_frames(meshes, name);
+    if (meshes && s->report.first != NONE) mesh_sequence_number_from(meshes, s->report.first, s->report.step);
     return meshes;
 }
 
-static bool open_stored(RenderSource *s, const char *name, int kind, Err *err)
+static bool open_stored(RenderSource *s, Options *o, int kind, Err *err)
 {
+    const char *name = o->operand[0];
     if (s->with_mechanical && !mesh_sequence_is_prefix(name))
         return fail(err, ERR_USAGE, "--style papers pictures both meshes: give the PREFIX that mesh was given instead of %.400s", name);
-    s->meshes = open_kind(name, kind, err);
-    if (!s->meshes || (s->with_mechanical && !(s->mechanical = open_kind(name, MECHANICAL, err)))) return false;
+    if (mesh_sequence_is_prefix(name)) s->report = run_report_read(name);
+    if (!run_report_suggest(&s->report, o, err)) return false;
+    s->meshes = open_kind(s, name, kind, err);
+    if (!s->meshes || (s->with_mechanical && !(s->mechanical = open_kind(s, name, MECHANICAL, err)))) return false;
     s->ended = true;
     s->n = mesh_sequence_length(s->meshes);
     s->number = NEW(int64_t, s->n);
@@ -86,18 +80,18 @@ static bool open_stored(RenderSource *s, const char *name, int kind, Err *err)
     return render_source_length(s) > 0 || fail(err, ERR_INPUT, "%.400s: no frames are to be pictured; name others by --frames", name);
 }
 
-bool render_source_open(RenderSource *s, const Options *o, Err *err)
+bool render_source_open(RenderSource *s, Options *o, Err *err)
 {
     const char *frames = option_text(o, RENDER_FRAMES);
     int kind = option_choice(o, RENDER_KIND);
-    *s = (RenderSource){.range = {0, INT64_MAX, 1}, .held = {NONE, NONE, NONE}, .with_mechanical = option_choice(o, RENDER_STYLE) == 1};
+    *s = (RenderSource){.report.first = NONE, .range = {0, INT64_MAX, 1}, .held = {NONE, NONE, NONE}, .with_mechanical = option_choice(o, RENDER_STYLE) == 1};
     if (frames && !frame_range_parse(frames, &s->range, err)) return false;
     if (s->with_mechanical) kind = GEOMETRIC;
     if (strcmp(o->operand[0], "-") == 0) {
         sequence_open_names(&s->arrivals, kind == GEOMETRIC ? is_geometric : is_mechanical);
         return true;
     }
-    if (open_stored(s, o->operand[0], kind, err)) return true;
+    if (open_stored(s, o, kind, err)) return true;
     render_source_close(s);
     return false;
 }
@@ -106,6 +100,7 @@ void render_source_close(RenderSource *s)
 {
     mesh_sequence_close(s->meshes);
     mesh_sequence_close(s->mechanical);
+    run_report_free(&s->report);
     for (int i = 0; s->path && i < s->n; i++) mem_free(s->path[i]);
     mem_free(s->path);
     mem_free(s->number);

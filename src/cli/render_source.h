@@ -1,12 +1,13 @@
 /* render_source.h: the meshes that render pictures, frame by frame, each with those before and after it. */
 #pragma once
-#include "cli/options.h"
+#include "cli/run_report.h"
 #include "io/mesh_sequence.h"
 #include "sequence/pattern.h"
 
 enum { NEARBY = 3 };
 
 typedef struct RenderSource {
+    RunReport report;          /* of the run that wrote a PREFIX */
     MeshSequence *meshes;      /* NULL: names on standard input */
     MeshSequence *mechanical;  /* of the same frames; NULL: not wanted, or names on standard input */
     bool with_mechanical;
@@ -29,8 +30,9 @@ typedef struct RenderShot {
     int64_t to_before, to_after;           /* by how much the number falls and rises; where there is none, as on the other side */
 } RenderShot;
 
-/* By the table of render. On failure nothing is left to close. */
-bool render_source_open(RenderSource *s, const Options *o, Err *err);
+/* By the table of render; --fps becomes the run's where it is not given. On failure nothing is left to close. The options
+ * must not outlive the source. */
+bool render_source_open(RenderSource *s, Options *o, Err *err);
 void render_source_close(RenderSource *s);
 /* Frames to be pictured, or NONE. */
 int render_source_length(const RenderSource *s);

@@ -47,7 +47,7 @@ float *light_reaching(const Tracer *t, const TriMesh *m, const float *normal, co
 /* Light that leaves the place for the eye, linear. n and to_eye are unit vectors, n on the eye's side. */
 Vec3 studio_shade(const Studio *s, Vec3 albedo, Vec3 n, Vec3 to_eye, double key, double sky);
 
-/* --- motion.c */
+/* --- follow.c */
 typedef struct Motion {
     float *place;              /* [3*nvert] in the other frame */
     float *known;              /* [nvert] as PLANE_FORWARD_KNOWN */
@@ -55,7 +55,7 @@ typedef struct Motion {
 Motion motion_find(const TriMesh *m, const RenderOther *other);
 void motion_free(Motion *motion);
 
-/* --- surface.c: what lies on the mesh */
+/* --- onmesh.c: what lies on the mesh */
 float *surface_normals(const TriMesh *m);     /* [3*nvert] unit, the mesh's own where they agree with its triangles; of the caller's */
 uint32_t *surface_objects(const TriMesh *m);  /* [nvert] the least identity of each one's component; of the caller's */
 /* [ntri] bit k: the edge from corner k to the next one is drawn. NULL of WIRE_NONE; of the caller's. */

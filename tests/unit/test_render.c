@@ -311,6 +311,28 @@ static void velocities_serve_where_identities_end(void **state)
     trimesh_free(&after);
 }
 
+/* The vertices slide around z while the sphere moves on: their velocities know better. */
+static void vertices_that_slide_do_not_tell(void **state)
+{
+    (void)state;
+    const Way on = {0, {0.1, 0.05, 0.05}}, slid = {0.04, on.by};
+    TriMesh m = sphere(), after = moved_sphere(&slid);
+    m.velocity = NEW(float, 3 * (size_t)m.nvert);
+    for (int v = 0; v < m.nvert; v++) {
+        /* as if it grew as well: the surface itself says where it is */
+        put(m.velocity + 3 * v, v_axpy(v_scale(on.by, 24), 1, vertex_at(m.pos, v)));
+        put(after.normal + 3 * v, v_sub(vertex_at(after.pos, v), on.by));
+    }
+    Camera c = camera_here();
+    RenderFrame f = {.mesh = &m, .camera = c, .before = {NULL, c, -1.0 / 24}, .after = {&after, c, 1.0 / 24}};
+    Picture p = picture_of(&f, &plain, ALL);
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        if (is_seen(&p, i)) expect_motion(&p, i, PLANE_FORWARD_U, &c, &c, &on, 1, 0.1);
+    picture_free(&p);
+    trimesh_free(&m);
+    trimesh_free(&after);
+}
+
 static void indices_are_no_identities(void **state)
 {
     (void)state;
@@ -424,6 +446,7 @@ int main(void)
         cmocka_unit_test(nothing_is_pictured_of_nothing),
         cmocka_unit_test(motion_is_that_of_the_sphere),
         cmocka_unit_test(velocities_serve_where_identities_end),
+        cmocka_unit_test(vertices_that_slide_do_not_tell),
         cmocka_unit_test(indices_are_no_identities),
         cmocka_unit_test(edges_between_parents_are_drawn),
         cmocka_unit_test(rest_positions_of_two_frames_do_not_mix),
