@@ -23,13 +23,14 @@ check_command() { # mesh, field, ...
             grep -qiF "default $default" <<<"$text" || { echo "man/twinmesh-$command.1: $option: its default is $default, which the page does not say"; bad=1; }
         fi
         if [[ $range == *" to "* ]]; then
-            grep -qF "${range//e+/e}" <<<"$text" || { echo "man/twinmesh-$command.1: $option: its range is $range, which the page does not say"; bad=1; }
+            grep -qF -- "${range//e+/e}" <<<"$text" || { echo "man/twinmesh-$command.1: $option: its range is $range, which the page does not say"; bad=1; }
         fi
     done < <(sed -nE 's/^ +(-., )?(--[a-z-]+).*\(([^();]+)(; default ([^()]+))?\)$/\2|\3|\5/p' <<<"$help")
 }
 check_command mesh
 check_command skin
 check_command field
+check_command render
 check_command info
 check_command farm
 check_command check

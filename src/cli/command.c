@@ -13,7 +13,7 @@ static const struct {
     {"mesh", "follow the surface through a sequence of volumes; write both meshes", &mesh_command},
     {"skin", "animate a potential that follows particles or grids", &skin_command},
     {"field", "sample a scene into a grid sequence", &field_command},
-    {"render", "picture a mesh sequence", NULL},
+    {"render", "picture a mesh sequence", &render_command},
     {"check", "measure meshes against the field they came from", &check_command},
     {"farm", "cut a sequence into chunks and stitch the results", &farm_command},
     {"report", "a page of plots and events", NULL},

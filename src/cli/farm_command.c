@@ -112,7 +112,7 @@ static int submit(const Plan *p, Err *err)
 
 static bool check(const Options *o, Err *err)
 {
-    static const int of_one_run[] = {OPT_FOLLOW, OPT_START_FROM, OPT_KEEP_STATE};
+    static const int of_one_run[] = {OPT_FOLLOW, OPT_START_FROM, OPT_KEEP_STATE, OPT_RENDER};
     for (size_t i = 0; i < sizeof of_one_run / sizeof *of_one_run; i++)
         if (option_given(o, of_one_run[i])) return fail(err, ERR_USAGE, "--%s: goes with one run, not with a farm; leave it out", option_table[of_one_run[i]].name);
     if (option_given(o, FARM_SUBMIT) && option_given(o, FARM_RUN)) return fail(err, ERR_USAGE, "--submit and --run: the chunks run there or here; give one of them");

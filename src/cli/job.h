@@ -27,6 +27,9 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    const char *render;         /* PATTERN of pictures; NULL: none */
+    int nrender_option;
+    char **render_option;       /* [nrender_option] borrowed: what render is told of them */
     bool resume, keep_state, follow;
     bool is_chunk;              /* a part of a sequence (farm): its frames go to one file (chunk.h); never by options of mesh */
     int place, nplace;          /* of its frames in the sequence */

@@ -8,8 +8,14 @@ static int mesh_run(Options *o)
 {
     Run run = {0};
     Err err;
-    int status;
+    int status, nbehind = o->noperand - o->behind;
+    bool renders = option_given(o, OPT_RENDER); /* what is behind `--` is for it */
+    if (renders) o->noperand = o->behind;
     if (job_make(&run.job, o, &err) && job_load_scene(&run.job, o, &err)) {
+        if (renders) {
+            run.job.nrender_option = nbehind;
+            run.job.render_option = o->operand + o->behind;
+        }
         status = run_job(&run, o);
     } else {
         fprintf(stderr, "twinmesh mesh: %s\n", err.text);

@@ -67,6 +67,12 @@ typedef enum SkinOptionId {
 #include "cli/skin.def"
     SKIN_OPTION_COUNT
 } SkinOptionId;
+typedef enum RenderOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) RENDER_##id,
+#include "cli/render.def"
+    RENDER_OPTION_COUNT
+} RenderOptionId;
 /* Behind those of mesh, which it takes too. */
 typedef enum FarmOptionId {
     FARM_BEFORE = OPTION_COUNT - 1,
@@ -81,7 +87,7 @@ typedef struct OptionTable {
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, farm_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, render_options, farm_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */

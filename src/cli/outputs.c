@@ -90,7 +90,9 @@ bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err)
 {
     *o = (Outputs){.job = job, .totals = report_totals_zero()};
     if (!state_remove(job->prefix, err) || !open_all(o, fps, NULL, err)) return false;
-    if (!job->is_chunk || chunk_begin(&o->lines[LINES_CHUNK], err)) return true;
+    bool begun = !job->is_chunk || chunk_begin(&o->lines[LINES_CHUNK], err);
+    if (begun && job->render) begun = (o->pictures = pictures_start(job, err)) != NULL;
+    if (begun) return true;
     close_all(o, true);
     o->job = NULL;
     return false;
@@ -116,7 +118,9 @@ static bool write_ply(const Outputs *o, int kind, const TriMesh *mesh, const cha
 {
     if (!(o->job->formats & FORMAT_PLY)) return true;
     char *path = name_of(o->job->prefix, kind_name[kind], label, "ply");
-    bool good = ply_write(path, mesh, err) && print_name(o, path, err);
+    bool good = ply_write(path, mesh, err);
+    if (good && o->pictures) pictures_name(o->pictures, path);
+    good = good && print_name(o, path, err);
     mem_free(path);
     return good;
 }
@@ -250,7 +254,8 @@ bool outputs_close(Outputs *o, bool complete, Err *err)
     o->left = !over;
     close_all(o, over);
     if (over && o->kept && !(whole && o->job->keep_state)) good = state_remove(o->job->prefix, err) && good;
-    return good;
+    bool pictured = pictures_finish(o->pictures, good ? err : &(Err){0});
+    return good && (pictured || !complete);
 }
 
 static void sweep_lines(const MeshJob *job, int i)

@@ -5,7 +5,7 @@
  * early or not. After each frame what was written is synced and PREFIX.state replaced (state.h), so that a run killed at any
  * instant can be gone on with: the parts are cut off to the lengths the state holds. */
 #pragma once
-#include "cli/job.h"
+#include "cli/pictures.h"
 #include "io/file.h"
 #include "io/gltf.h"
 
@@ -35,6 +35,7 @@ typedef struct Outputs {
     const MeshJob *job;                      /* NULL: not open */
     OutFile lines[LINES_COUNT];
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
+    Pictures *pictures;                      /* NULL: not wanted */
     ReportTotals totals;
     int nframe;                              /* shown so far; in a chunk, all */
     bool kept;                               /* a state of this run is on disk */

@@ -71,6 +71,11 @@ bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames
     return ok;
 }
 
+void sequence_open_names(Sequence *s, IsVolumeFn *is_wanted)
+{
+    *s = (Sequence){.names = stdin, .is_wanted = is_wanted};
+}
+
 bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t last, const char *frames, Err *err)
 {
     FrameRange r = {first, last, 1};
@@ -144,7 +149,9 @@ static SequenceStep read_name(FILE *f, char *line, size_t size, Err *err)
 static SequenceStep next_arrival(Sequence *s, Frame *out, Err *err)
 {
     char line[FRAME_PATH_MAX];
-    SequenceStep step = read_name(s->names, line, sizeof line, err);
+    SequenceStep step;
+    do step = read_name(s->names, line, sizeof line, err);
+    while (step == SEQUENCE_FRAME && s->is_wanted && !s->is_wanted(line));
     if (step != SEQUENCE_FRAME) return step;
     NumberSpan span;
     if (!name_find_number(line, &span)) {

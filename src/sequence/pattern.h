@@ -24,6 +24,7 @@ typedef struct Frame {
 typedef enum SequenceStep { SEQUENCE_FRAME, SEQUENCE_END, SEQUENCE_ERROR } SequenceStep;
 
 typedef struct SequenceEntry SequenceEntry;
+typedef bool IsVolumeFn(const char *path);
 
 typedef struct Sequence {
     int nentry, capentry, next;
@@ -31,13 +32,14 @@ typedef struct Sequence {
     FILE *names;            /* "-": where they come from (stdin; not closed), else NULL */
     int narrived;
     Map arrived;            /* numbers seen on it */
+    IsVolumeFn *is_wanted;  /* names on it that this does not know are passed over; NULL: none are */
 } Sequence;
-
-typedef bool IsVolumeFn(const char *path);
 
 /* `frames` is the text of --frames or NULL; it goes with patterns and directories, and then frames that are missing
  * are part of the run: reading them will tell. A failure leaves nothing to close. */
 bool sequence_open(Sequence *s, int nargs, char *const *args, const char *frames, IsVolumeFn *is_volume, Err *err);
+/* Names on standard input, of which those that is_wanted does not know are passed over. */
+void sequence_open_names(Sequence *s, IsVolumeFn *is_wanted);
 /* A run of frames that one file holds (a scene): numbers first ... last, of which `frames` (or NULL) picks some. */
 bool sequence_open_numbers(Sequence *s, const char *path, int64_t first, int64_t last, const char *frames, Err *err);
 /* Leaves `count` frames, from the place-th on; standard input has no places. */

@@ -189,6 +189,26 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     for file in $output; do [ -s "$file" ]; done
 }
 
+@test "--render pictures the frames as twinmesh render does afterwards" {
+    mesh balls.000[123].npy --render pic.####.exr --fps 30 -- --size 64x48 --png --layers beauty,motion
+    expect 0
+    [ "$(ls pic.* | tr '\n' ' ')" = "pic.0001.exr pic.0001.png pic.0002.exr pic.0002.png pic.0003.exr pic.0003.png " ]
+    printf '%s\n' out.geometric.000[123].ply | "$twinmesh" render - -o later.####.exr --size 64x48 --layers beauty,motion --fps 30 --quiet
+    for n in 1 2 3; do cmp pic.000$n.exr later.000$n.exr; done
+}
+
+@test "--render that fails costs no mesh; what it does not go with" {
+    mesh balls.000[12].npy --render gone/pic.####.exr
+    expect 4 "gone/pic.0001.exr" "the meshes are all there"
+    [ "$(grep -c '"frame"' out.report.jsonl)" -eq 2 ] && [ -s out.geometric.0002.ply ] && no_parts
+    mesh balls.000[12].npy --render pic.####.exr -- --sice 64x48
+    expect 2 "no such option" "not all pictures"
+    mesh balls.0001.npy --render pic.####.exr --format glb
+    expect 2 "--format ply"
+    mesh balls.0001.npy --render pic.####.exr --resume
+    expect 2 "--resume"
+}
+
 @test "--print to a full device and to a reader that went away" {
     run --separate-stderr bash -c "'$twinmesh' mesh balls.000[12].npy -o out --format ply --print >/dev/full"
     expect 4 "standard output"
