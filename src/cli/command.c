@@ -16,7 +16,7 @@ static const struct {
     {"render", "picture a mesh sequence", NULL},
     {"check", "measure meshes against the field they came from", &check_command},
     {"farm", "cut a sequence into chunks and stitch the results", &farm_command},
-    {"report", "a page of plots and events", NULL},
+    {"report", "one page of plots, events and a player", &report_command},
     {"diff", "compare two meshes or sequences", &diff_command},
     {"info", "what a volume or mesh file holds", &info_command},
 };

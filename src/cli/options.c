@@ -35,6 +35,10 @@ static const OptionSpec diff_table[] = {
 #include "cli/diff.def"
 };
 #define OPTION ROW
+static const OptionSpec report_table[] = {
+#include "cli/report.def"
+};
+#define OPTION ROW
 static const OptionSpec farm_table[] = { /* what mesh takes, in the same places, and its own */
 #define SECTION(heading)
 #include "cli/options.def"
@@ -43,7 +47,7 @@ static const OptionSpec farm_table[] = { /* what mesh takes, in the same places,
 };
 _Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
                    (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
-                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
+                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)REPORT_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
                "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
@@ -52,6 +56,7 @@ const OptionTable info_options = {"info", INFO_OPTION_COUNT, info_table};
 const OptionTable skin_options = {"skin", SKIN_OPTION_COUNT, skin_table};
 const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
 const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
+const OptionTable report_options = {"report", REPORT_OPTION_COUNT, report_table};
 const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};
 
 /* --- values --------------------------------------------------------------------------------------- */
