@@ -12,24 +12,26 @@
 
 enum { MISSING_MAX = 600 };
 
-/* What the page is made of; all texts are its own. */
+/* The page, and the texts it is of. */
 typedef struct ReportRun {
     Console console;
-    const char *prefix, *name;   /* name: the last part of the prefix */
+    const char *prefix;
     char *output, *report, *events, *timings;
-    char *gltf[PAGE_MESHES], *link[PAGE_MESHES];
+    char *gltf[PAGE_MESHES];
     char missing[PAGE_MESHES][MISSING_MAX];
     Page page;
 } ReportRun;
 
-static const char *const mesh_kind[PAGE_MESHES] = {"mechanical", "geometric"};
+static const struct {
+    const char *kind, *glb, *gltf;
+} mesh_file[PAGE_MESHES] = {{"mechanical", ".mechanical.glb", ".mechanical.gltf"}, {"geometric", ".geometric.glb", ".geometric.gltf"}};
 
-/* a, b and c joined; to be freed. */
-static char *join(const char *a, const char *b, const char *c)
+/* To be freed. */
+static char *join(const char *prefix, const char *ending)
 {
-    size_t size = strlen(a) + strlen(b) + strlen(c) + 1;
+    size_t size = strlen(prefix) + strlen(ending) + 1;
     char *text = NEW(char, size);
-    snprintf(text, size, "%s%s%s", a, b, c);
+    snprintf(text, size, "%s%s", prefix, ending);
     return text;
 }
 
@@ -66,21 +68,19 @@ static void leave_out(ReportRun *run, int i)
 
 static void tell_absent(ReportRun *run, int i)
 {
-    char *text = join(run->prefix, ".", mesh_kind[i]), *gltf = join(text, ".gltf", "");
+    char *gltf = join(run->prefix, mesh_file[i].gltf);
     snprintf(run->missing[i], MISSING_MAX,
              exists(gltf) ? "The %s mesh is a .gltf with files beside it, which the player does not take: twinmesh mesh --format glb writes one file."
-                          : "There is no %s mesh as .glb to be played: twinmesh mesh --format glb writes it.", mesh_kind[i]);
+                          : "There is no %s mesh as .glb to be played: twinmesh mesh --format glb writes it.", mesh_file[i].kind);
     leave_out(run, i);
     mem_free(gltf);
-    mem_free(text);
 }
 
-/* Whether the file takes no more in the page than is wanted; else says so. */
-static bool fits(ReportRun *run, int i, int most, Err *err)
+/* Whether the file takes no more megabytes in the page than `most`; else says so. */
+static bool fits(ReportRun *run, int i, int most)
 {
     struct stat st;
-    if (stat(run->gltf[i], &st) != 0) return fail(err, ERR_INPUT, "%.800s: its length cannot be found", run->gltf[i]);
-    uint64_t mb = (page_embedded_size((uint64_t)st.st_size) + 999999) / 1000000;
+    uint64_t mb = stat(run->gltf[i], &st) == 0 ? (page_embedded_size((uint64_t)st.st_size) + 999999) / 1000000 : 0;
     if (mb <= (uint64_t)most) return true;
     snprintf(run->missing[i], MISSING_MAX, "%.300s is left out: it would take up to %llu MB, and --max-embed is %d; raise that, or take --link.",
              last_part(run->gltf[i]), (unsigned long long)mb, most);
@@ -92,30 +92,24 @@ static bool choose_mesh(ReportRun *run, const Options *o, int i, Err *err)
 {
     PageMesh *m = &run->page.mesh[i];
     GltfInfo info;
-    m->kind = mesh_kind[i];
-    run->link[i] = join(run->name, ".", mesh_kind[i]);
-    run->gltf[i] = join(run->prefix, ".", mesh_kind[i]);
-    run->link[i] = mem_resize(run->link[i], strlen(run->link[i]) + 5, 1);
-    run->gltf[i] = mem_resize(run->gltf[i], strlen(run->gltf[i]) + 5, 1);
-    strcat(run->link[i], ".glb");
-    strcat(run->gltf[i], ".glb");
+    m->kind = mesh_file[i].kind;
+    run->gltf[i] = join(run->prefix, mesh_file[i].glb);
     if (!exists(run->gltf[i])) {
         tell_absent(run, i);
         return true;
     }
     if (!gltf_info_read(run->gltf[i], &info, err)) return false;
     gltf_info_free(&info);
-    if (option_given(o, REPORT_LINK)) m->link = run->link[i];
-    else if (fits(run, i, option_int(o, REPORT_MAX_EMBED), err)) m->path = run->gltf[i];
-    else return err->code == ERR_NONE;
+    if (option_given(o, REPORT_LINK)) m->link = last_part(run->gltf[i]);
+    else if (fits(run, i, option_int(o, REPORT_MAX_EMBED))) m->path = run->gltf[i];
     return true;
 }
 
 static bool choose_lines(ReportRun *run, Err *err)
 {
-    run->report = join(run->prefix, ".report", ".jsonl");
-    run->events = join(run->prefix, ".events", ".jsonl");
-    run->timings = join(run->prefix, ".timings", ".jsonl");
+    run->report = join(run->prefix, ".report.jsonl");
+    run->events = join(run->prefix, ".events.jsonl");
+    run->timings = join(run->prefix, ".timings.jsonl");
     if (!exists(run->report))
         return fail(err, ERR_INPUT, "%.600s: there is no such file; twinmesh mesh -o %.300s writes it when it ends", run->report, run->prefix);
     run->page.report = run->report;
@@ -129,10 +123,9 @@ static bool report_open(ReportRun *run, const Options *o, Err *err)
 {
     if (o->noperand != 1) return fail(err, ERR_USAGE, "one PREFIX is to be named, that of twinmesh mesh -o");
     run->prefix = o->operand[0];
-    run->name = last_part(run->prefix);
-    if (!*run->name) return fail(err, ERR_USAGE, "%.800s: is a folder; name the PREFIX of a run in it", run->prefix);
-    run->output = option_given(o, REPORT_OUTPUT) ? mem_text(option_text(o, REPORT_OUTPUT)) : join(run->prefix, ".report", ".html");
-    run->page.title = option_given(o, REPORT_TITLE) ? option_text(o, REPORT_TITLE) : run->name;
+    if (!*last_part(run->prefix)) return fail(err, ERR_USAGE, "%.800s: is a folder; name the PREFIX of a run in it", run->prefix);
+    run->output = option_given(o, REPORT_OUTPUT) ? mem_text(option_text(o, REPORT_OUTPUT)) : join(run->prefix, ".report.html");
+    run->page.title = option_given(o, REPORT_TITLE) ? option_text(o, REPORT_TITLE) : last_part(run->prefix);
     if (option_given(o, REPORT_LINK) && !are_neighbours(run->output, run->prefix))
         return fail(err, ERR_USAGE, "--link: %.400s does not lie beside the glTFs of %.400s; write it there", run->output, run->prefix);
     return choose_lines(run, err);
@@ -140,7 +133,7 @@ static bool report_open(ReportRun *run, const Options *o, Err *err)
 
 static void report_close(ReportRun *run)
 {
-    char **own[] = {&run->output, &run->report, &run->events, &run->timings, &run->gltf[0], &run->gltf[1], &run->link[0], &run->link[1]};
+    char **own[] = {&run->output, &run->report, &run->events, &run->timings, &run->gltf[0], &run->gltf[1]};
     for (size_t i = 0; i < sizeof own / sizeof *own; i++) mem_free(*own[i]);
 }
 

@@ -296,7 +296,7 @@ function main() {
   tellTiles(run);
   tellSettings(run);
   for (const id of ['player', 'events-panel', 'plots']) byId(id).hidden = !run.frames.length;
-  if (!run.frames.length) return;
+  if (!run.frames.length) return null;
   const cursor = new Cursor(run.frames.length), player = new Player(run, cursor);
   const mark = places => player.viewer?.mark(places.map(p => turned(run, p)));
   makeTimeline(byId('timeline'), run, cursor, (i, kind) => {
@@ -308,6 +308,7 @@ function main() {
   if (run.hasTimings) makePlot(byId('plots'), timesPlot, run, cursor);
   for (const spec of plotTable) makePlot(byId('plots'), spec, run, cursor);
   startViewer(player).then(() => { document.body.dataset.ready = 'true'; });
+  return player;
 }
 
-main();
+const player = main();

@@ -8,19 +8,19 @@ const share = name => f => (f.figure(name) === null ? null : 100 * f.figure(name
 const plotTable = [
   { name: 'triangles', title: 'Triangles', zero: true,
     series: [series('geometric', 'geometric', 'triangles_geometric'), series('mechanical', 'mechanical', 'triangles_mechanical')] },
+  { name: 'components', title: 'Topology', zero: true,
+    series: [series('components', 'c0', 'components'), series('of another topology than the grid', 'bad', 'wrong_components')] },
   { name: 'angles', title: 'Triangle quality', unit: '°', note: 'minimum angle, mechanical', zero: true, top: 60,
     series: [series('median', 'c2', 'min_angle_p50'), series('5th percentile', 'c1', 'min_angle_p5')] },
   { name: 'distance', title: 'Distance to the surface', unit: 'voxel', note: 'geometric edge midpoints, estimated', log: true,
     series: [series('largest', 'c3', 'distance_max_vox'), series('mean', 'c0', 'distance_mean_vox')] },
   { name: 'kept', title: 'Kept', unit: '%', zero: true, top: 100,
     series: [series('identities kept', 'c0', share('ids_kept')), series('edges within ½ to 2 of asked', 'c5', share('edges_in_range'))] },
-  { name: 'components', title: 'Topology', zero: true,
-    series: [series('components', 'c0', 'components'), series('of another topology than the grid', 'bad', 'wrong_components')] },
-  { name: 'edge', title: 'Mean edge / asked', zero: true,
-    series: [series('mechanical', 'mechanical', f => (f.figure('edge_asked') ? f.figure('edge_mean') / f.figure('edge_asked') : null))] },
   { name: 'left', title: 'Trouble left', zero: true,
     series: [series('self-intersections', 'bad', 'self_intersections'), series('inverted geometric', 'c0', 'inverted_left_geometric'),
       series('inverted mechanical', 'c1', 'inverted_left'), series('raw components', 'c4', 'raw_components')] },
+  { name: 'edge', title: 'Mean edge / asked', zero: true,
+    series: [series('mechanical', 'mechanical', f => (f.figure('edge_asked') ? f.figure('edge_mean') / f.figure('edge_asked') : null))] },
   { name: 'changes', title: 'Changes of the mechanical mesh', zero: true,
     series: [series('splits', 'c0', 'splits'), series('collapses', 'c1', 'collapses'), series('flips', 'c2', 'flips'),
       series('vertices replaced by patches', 'c3', 'replaced_vertices')] },
@@ -31,7 +31,7 @@ const plotTable = [
 
 // What follows one another within a frame; reading and writing go on beside it.
 const stages = ['wait', 'predict', 'alter', 'relax', 'audit', 'mend', 'refine', 'carry'];
-const secondsOf = (f, stage) => numberOr(f.seconds?.[stage]);
+const secondsOf = (f, stage) => (Number.isFinite(f.seconds?.[stage]) ? Math.round(1000 * f.seconds[stage]) / 1000 : null);
 function restOf(f) {
   const whole = secondsOf(f, 'whole');
   return whole === null ? null : Math.max(0, whole - sum(stages.map(s => secondsOf(f, s) ?? 0)));
@@ -137,7 +137,7 @@ function makePlot(host, spec, run, cursor) {
   const draw = () => {
     const width = box.clientWidth - 24;
     if (width < 50) return;
-    columns = new Columns(run.frames.length, 46, width - 6);
+    columns = new Columns(run.frames.length, 52, width - 6);
     svg.replaceChildren();
     svg.setAttribute('viewBox', `0 0 ${width} ${bottom + 22}`);
     svg.setAttribute('height', bottom + 22);

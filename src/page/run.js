@@ -65,7 +65,7 @@ function say(x, unit = '') {
   const a = Math.abs(x);
   const text = a === 0 ? '0' : a >= 1000 || Number.isInteger(x) ? Math.round(x).toString().replace(/\B(?=(\d{3})+$)/g, '\u202f')
     : a >= 0.001 ? Number(x.toPrecision(3)).toString() : x.toExponential(1);
-  return unit ? `${text}\u202f${unit}` : text;
+  return unit === '°' ? text + unit : unit ? `${text}\u202f${unit}` : text;
 }
 
 // --- elements --------------------------------------------------------------------------------------

@@ -44,6 +44,11 @@ function makeTimeline(host, run, cursor, choose) {
   });
   // Areas go with the counts.
   const radius = n => Math.max(1.6, (rowHeight / 2 - 1) * Math.sqrt(n / most));
+  let chosen = null;
+  const showChosen = () => {
+    for (const dot of svg.querySelectorAll('.event'))
+      dot.classList.toggle('chosen', dot.dataset.frame === chosen?.frame && dot.dataset.kind === chosen?.kind);
+  };
   const drawRow = (k, y, width) => {
     svg.append(svgElement('line', { class: 'gridline', x1: columns.left, x2: columns.right, y1: Math.round(y) + 0.5, y2: Math.round(y) + 0.5 }));
     svg.append(svgElement('text', { x: 0, y: y + 4 }, eventKinds[k].name));
@@ -54,11 +59,6 @@ function makeTimeline(host, run, cursor, choose) {
       const dot = svgElement('circle', { class: 'event', style: `--color: var(--${eventKinds[k].color})`, cx: columns.middle(i), cy: y, r: radius(n),
         'data-frame': f.label, 'data-kind': eventKinds[k].kind });
       dot.append(svgElement('title', {}, `frame ${f.label}: ${n} ${eventKinds[k].name}`));
-      dot.addEventListener('click', () => {
-        svg.querySelector('.chosen')?.classList.remove('chosen');
-        dot.classList.add('chosen');
-        choose(i, eventKinds[k]);
-      });
       svg.append(dot);
     });
   };
@@ -75,8 +75,18 @@ function makeTimeline(host, run, cursor, choose) {
     labels = [];
     eventKinds.forEach((_, k) => drawRow(k, top + (k + 0.5) * rowHeight, width));
     moveLines();
+    showChosen();
     tell();
   };
+  // The whole square of a dot is pressed, not the dot: some are small.
+  svg.addEventListener('click', event => {
+    const box = svg.getBoundingClientRect(), i = columns.at(event.clientX - box.left);
+    const kind = eventKinds[Math.floor((event.clientY - box.top - top) / rowHeight)];
+    if (!kind || !countOf(run.frames[i], kind.kind)) return;
+    chosen = { frame: run.frames[i].label, kind: kind.kind };
+    showChosen();
+    choose(i, kind);
+  });
   followPointer(svg, cursor, () => columns);
   cursor.addEventListener('change', () => { moveLines(); tell(); });
   new ResizeObserver(draw).observe(host);

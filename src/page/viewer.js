@@ -64,6 +64,7 @@ function makeMarks() {
   const material = new PointsMaterial({ map: new CanvasTexture(canvas), size: 22, sizeAttenuation: false, transparent: true, depthTest: false });
   const marks = new Points(new BufferGeometry(), material);
   marks.frustumCulled = false;
+  marks.renderOrder = 1;
   marks.visible = false;
   return marks;
 }
@@ -73,7 +74,7 @@ class Pane {
   constructor(kind, gltf, light) {
     const color = new Color(surfaceColors[kind]);
     const surface = new MeshStandardMaterial({ color, roughness: 0.55, metalness: 0, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
-    const wires = new MeshBasicMaterial({ color: color.clone().multiplyScalar(0.1), wireframe: true, transparent: true, opacity: 0.7 });
+    const wires = new MeshBasicMaterial({ color: color.clone().multiplyScalar(0.1), wireframe: true, transparent: true, opacity: 0.5 });
     const byName = new Map();
     this.kind = kind;
     this.scene = new Scene();
@@ -87,7 +88,7 @@ class Pane {
     this.pieces = [...byName.values()];
     for (const { mesh } of this.pieces) {
       mesh.material = surface;
-      this.bounds.union(mesh.geometry.boundingBox);
+      this.bounds.union(new Box3().setFromBufferAttribute(mesh.geometry.attributes.position)); // its own box holds targets, by far
     }
     this.scene.add(gltf.scene, this.marks, new HemisphereLight(0xffffff, 0x59544e, 1.3), light);
   }
@@ -124,7 +125,9 @@ class Viewer {
     const center = bounds.getCenter(new Vector3()), radius = Math.max(1e-12, bounds.getSize(new Vector3()).length() / 2);
     const from = up === 'z' ? new Vector3(0.35, -1, 0.38) : new Vector3(0.35, 0.38, 1);
     this.camera.up.set(0, up === 'y' ? 1 : 0, up === 'z' ? 1 : 0);
-    this.camera.position.copy(center).addScaledVector(from.normalize(), radius * 3.1);
+    this.camera.position.copy(center).add(from);
+    this.camera.lookAt(center);
+    this.camera.position.copy(center).addScaledVector(from.normalize(), this.distanceToHold(bounds, center));
     Object.assign(this.camera, { near: radius / 200, far: radius * 40 });
     this.controls?.dispose(); // it takes `up` when it is made
     this.controls = new OrbitControls(this.camera, this.canvas);
@@ -132,6 +135,19 @@ class Viewer {
     this.controls.update();
     this.controls.addEventListener('change', () => this.ask());
     this.ask();
+  }
+
+  // How far from the center the camera, turned as it is, sees all corners of the box.
+  distanceToHold(bounds, center) {
+    const { clientWidth: width, clientHeight: height } = this.canvas, back = this.camera.quaternion.clone().invert();
+    const tall = Math.tan(this.camera.fov * Math.PI / 360), wide = tall * width / height / Math.max(1, this.shownPanes.length);
+    let distance = 0;
+    for (let i = 0; i < 8; i++) {
+      const corner = new Vector3(...['x', 'y', 'z'].map((axis, a) => bounds[i >> a & 1 ? 'max' : 'min'][axis]));
+      corner.sub(center).applyQuaternion(back);
+      distance = Math.max(distance, corner.z + 1.06 * Math.max(Math.abs(corner.x) / wide, Math.abs(corner.y) / tall));
+    }
+    return distance;
   }
 
   // Seconds; returns the triangles of each mesh at that time.
