@@ -38,7 +38,7 @@ class Columns {
 
 // As many labels as fit, at round steps.
 function labelFrames(svg, columns, frames, y) {
-  const wanted = 7 * Math.max(3, ...frames.map(f => f.label.length)) + 18;
+  const wanted = 7 * greatest(frames.map(f => f.label.length)) + 18;
   const step = [1, 2, 5, 10, 20, 25, 50, 100, 200, 250, 500, 1000, 2000, 5000, 10000].find(s => s * columns.width >= wanted) ?? frames.length;
   for (let i = 0; i < frames.length; i += step)
     svg.append(svgElement('text', { x: columns.middle(i), y, 'text-anchor': 'middle' }, frames[i].label));

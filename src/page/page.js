@@ -16,6 +16,7 @@ function tellVerdict(run) {
   const box = byId('verdict');
   box.className = wrong.length ? 'bad' : 'good';
   box.textContent = !run.tracked.length ? 'No frame was tracked.'
+    : !wrong.length && run.tracked.length === 1 ? '✓ The one tracked frame has the topology of its grid.'
     : !wrong.length ? `✓ Every one of the ${say(run.tracked.length)} tracked frames has the topology of its grid.`
     : `✗ ${say(wrong.length)} of ${say(run.tracked.length)} frames have another topology than their grid, first ${wrong[0].label}.`;
   if (!run.tracked.length) box.className = 'bad';

@@ -15,14 +15,14 @@ function frameNumber(label) {
 
 // Where each frame stands in the animated glTF, seconds: it begins at the first frame shown, and skipped frames take their time.
 function placeInTime(frames, fps) {
-  let last = null, time = 0;
-  for (const f of frames) {
-    if (last !== null) time += Math.max(1, f.number !== null && last.number !== null ? f.number - last.number : 1) / fps;
-    f.time = time;
-    if (last !== null || f.fate !== 'skipped') last = f;
-  }
-  // A sum of steps would drift off the keys, which stand at k / fps.
-  for (const f of frames) f.time = Math.round(f.time * fps) / fps;
+  let at = 0;
+  frames.forEach((f, i) => {
+    const last = frames[i - 1];
+    if (last) at += f.number !== null && last.number !== null ? Math.max(1, f.number - last.number) : 1;
+    f.time = at;
+  });
+  const start = frames.find(f => f.fate !== 'skipped')?.time ?? 0;
+  for (const f of frames) f.time = (f.time - start) / fps;
 }
 
 function readFrames(report, fps) {

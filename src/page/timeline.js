@@ -27,7 +27,7 @@ function listEvents(host, frame, kind, mark) {
   });
   const more = events.length > shown.length ? `, the first ${shown.length} listed` : '';
   host.replaceChildren(element('table', {},
-    element('caption', {}, `Frame ${frame.label}: ${countOf(frame, kind.kind)} ${kind.name}${more}`),
+    element('caption', {}, `Frame ${frame.label}, ${kind.name}: ${countOf(frame, kind.kind)}${more}`),
     element('thead', {}, element('tr', {}, ...['components before', 'after', 'count', 'vertices replaced', 'place'].map(t => element('th', {}, t)))),
     element('tbody', {}, ...rows)));
 }
@@ -36,7 +36,7 @@ function listEvents(host, frame, kind, mark) {
 function makeTimeline(host, run, cursor, choose) {
   const svg = host.appendChild(svgElement('svg', { role: 'img', 'aria-label': 'Events by kind and frame' }));
   const rowHeight = 25, top = 4, bottom = top + rowHeight * eventKinds.length;
-  const most = Math.max(1, ...run.frames.flatMap(f => eventKinds.map(k => countOf(f, k.kind))));
+  const most = greatest([1, ...run.frames.flatMap(f => eventKinds.map(k => countOf(f, k.kind)))]);
   const totals = eventKinds.map(k => sum(run.frames.map(f => countOf(f, k.kind))));
   let columns = null, moveLines = () => {}, labels = [];
   const tell = () => labels.forEach((t, k) => {
@@ -58,7 +58,7 @@ function makeTimeline(host, run, cursor, choose) {
       if (!n) return;
       const dot = svgElement('circle', { class: 'event', style: `--color: var(--${eventKinds[k].color})`, cx: columns.middle(i), cy: y, r: radius(n),
         'data-frame': f.label, 'data-kind': eventKinds[k].kind });
-      dot.append(svgElement('title', {}, `frame ${f.label}: ${n} ${eventKinds[k].name}`));
+      dot.append(svgElement('title', {}, `frame ${f.label}, ${eventKinds[k].name}: ${n}`));
       svg.append(dot);
     });
   };

@@ -32,7 +32,10 @@ class Piece {
     else this.weights = track.createInterpolant();
   }
 
-  isShownAt(time) { return this.scale ? this.scale.values[3 * keyAt(this.scale.times, time)] !== 0 : this.still; }
+  isShownAt(time) {
+    if (time < 0) return false; // frames that were skipped at the beginning
+    return this.scale ? this.scale.values[3 * keyAt(this.scale.times, time)] !== 0 : this.still;
+  }
 
   show(time, withWires) {
     this.mesh.visible = this.isShownAt(time);

@@ -170,7 +170,19 @@ async function tellsOfAnEarlyEnd() {
   await page.close();
 }
 
-for (const look of [looksAtRun, fitsNarrowAndDark, takesChosenFiles, tellsOfAnEarlyEnd]) {
+// Frames 1 and 3 show nothing, and the others keep their places in time.
+async function showsSkippedFramesEmpty() {
+  const { page, trouble } = await open('skip.report.html');
+  assert.match(await page.textContent('#ended'), /2 frames were skipped, first 0001/);
+  for (const [i, f] of lines('skip.report.jsonl').filter(line => line.frame).entries()) {
+    await page.locator('#scrub').fill(String(i));
+    for (const kind of kinds) assert.equal(await trianglesShown(page, kind), f[`triangles_${kind}`] ?? 0, `${kind} of frame ${f.frame}`);
+  }
+  assert.deepEqual(trouble, []);
+  await page.close();
+}
+
+for (const look of [looksAtRun, fitsNarrowAndDark, takesChosenFiles, tellsOfAnEarlyEnd, showsSkippedFramesEmpty]) {
   await look();
   console.log(`${look.name}: good`);
 }

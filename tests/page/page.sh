@@ -27,6 +27,10 @@ cd "$out"
 for name in balls.events balls.timings balls.mechanical balls.geometric; do for file in "$name".{jsonl,glb}; do
     [ -f "$file" ] && ln "$file" "cut${file#balls}"
 done; done
+cp "$top"/data-samples/balls/balls.000[12345].npy .
+truncate -s 300 balls.0001.npy balls.0003.npy
+"$twinmesh" mesh 'balls.####.npy' --inside below --on-error skip -o skip --quiet 2>skipped
+"$twinmesh" report skip
 head -n 4 balls.report.jsonl >cut.report.jsonl
 "$twinmesh" report cut
 node "$tool/page.mjs" "$chromium" "$out"
