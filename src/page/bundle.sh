@@ -17,7 +17,7 @@ without() {
 if [ ! -d "$tool/node_modules" ] || ! cmp -s "$here/package-lock.json" "$tool/package-lock.json"; then
     command -v npm >/dev/null || without 'npm is not installed'
     cp "$here/package.json" "$here/package-lock.json" "$tool"
-    if ! (cd "$tool" && timeout 300 npm ci --no-audit --no-fund --fetch-retries=1 --ignore-scripts) >"$tool/npm.log" 2>&1; then
+    if ! (cd "$tool" && timeout 300 npm ci --no-audit --no-fund --fetch-retries=1 --fetch-timeout=20000 --ignore-scripts) >"$tool/npm.log" 2>&1; then
         rm -rf "$tool/node_modules" "$tool/package-lock.json"
         tail -n 5 "$tool/npm.log" >&2
         without 'npm cannot install three and esbuild'
