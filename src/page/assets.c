@@ -9,5 +9,6 @@
 ASSET(html, FILE_BYTES("src/page/page.html"));
 ASSET(css, FILE_BYTES("src/page/page.css"));
 ASSET(script, FILE_BYTES("src/page/run.js") FILE_BYTES("src/page/cursor.js") FILE_BYTES("src/page/plots.js")
-          FILE_BYTES("src/page/timeline.js") FILE_BYTES("src/page/page.js"));
+          FILE_BYTES("src/page/timeline.js") FILE_BYTES("src/page/meshes.js") FILE_BYTES("src/page/player.js")
+          FILE_BYTES("src/page/page.js"));
 ASSET(viewer, FILE_BYTES(PAGE_VIEWER));

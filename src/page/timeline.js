@@ -7,7 +7,7 @@ const eventKinds = [
   { kind: 'hole-open', name: 'holes opened', color: 'c4' }, { kind: 'hole-close', name: 'holes closed', color: 'c5' },
   { kind: 'mend', name: 'patches mended', color: 'c8' },
 ];
-const countOf = (f, kind) => numberOr(f.count[kind]) ?? 0;
+const countOf = (f, kind) => Math.max(0, numberOr(f.count[kind]) ?? 0);
 const eventsOf = (f, kind) => f.events.filter(e => e.kind === kind);
 const placesOf = events => events.flatMap(e => e.places);
 

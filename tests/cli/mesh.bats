@@ -230,7 +230,9 @@ bounds_of() { "$twinmesh" info --json "$1" | sed -E 's/.*"bounds":\{"from":\[([^
     mesh balls.000[12].npy -o z --format ply --origin -5,1,2 --up z
     expect 0
     ! cmp -s z.geometric.0001.ply plain.geometric.0001.ply
-    cmp plain.report.jsonl up.report.jsonl
+    cmp <(tail -n +2 plain.report.jsonl) <(tail -n +2 up.report.jsonl) # lengths are the grid's; how to get from one to the other is told
+    [ "$(head -n 1 up.report.jsonl | jq -c '[.settings.up, .settings.scale]')" = '["y",2]' ]
+    [ "$(head -n 1 plain.report.jsonl | jq -c '[.settings.up, .settings.scale]')" = '[null,null]' ]
     mesh balls.0001.npy --up x
     expect 2 --up "y or z"
     mesh balls.0001.npy --scale 0

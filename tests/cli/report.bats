@@ -130,9 +130,3 @@ mesh() { sed -nE "s/<script type=\"text\/plain\" data-mesh=\"$1\">([^<]+)<\/scri
     report run
     expect 0 "The geometric mesh is a .gltf"
 }
-
-@test "the report tells how meshes were turned, where they were" {
-    "$twinmesh" mesh "$samples/balls/balls.0001.npy" --inside below --up y --scale 2 -o turned --quiet
-    [ "$(head -n 1 turned.report.jsonl | jq -c '[.settings.up, .settings.scale]')" = '["y",2]' ]
-    [ "$(head -n 1 run.report.jsonl | jq -c '[.settings.up, .settings.scale]')" = '[null,null]' ]
-}

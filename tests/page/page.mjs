@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { createHash } from 'node:crypto';
 import { readFileSync } from 'node:fs';
+import { createServer } from 'node:http';
 import { chromium } from 'playwright-core';
 
 const [executablePath, folder] = process.argv.slice(2);
@@ -12,14 +13,19 @@ const kinds = ['mechanical', 'geometric'];
 const browser = await chromium.launch({ executablePath, headless: true,
   args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] });
 
+// The folder, served.
+const server = createServer((request, answer) => answer.end(readFileSync(folder + request.url)));
+await new Promise(done => server.listen(0, '127.0.0.1', done));
+const served = `http://127.0.0.1:${server.address().port}`;
+
 // A page that is ready, and a list of what it complained of or asked for elsewhere.
-async function open(name, options = {}) {
+async function open(name, options = {}, from = `file://${folder}`) {
   const page = await browser.newPage({ viewport: { width: 1280, height: 900 }, ...options }), trouble = [];
   page.setDefaultTimeout(60000);
   page.on('console', m => { if (['error', 'warning'].includes(m.type()) && !/GPU stall|GL Driver/.test(m.text())) trouble.push(m.text()); });
   page.on('pageerror', e => trouble.push(e.stack));
-  page.on('request', r => { if (!/^(data|blob):/.test(r.url()) && r.url() !== `file://${folder}/${name}`) trouble.push(`asked for ${r.url()}`); });
-  await page.goto(`file://${folder}/${name}`);
+  page.on('request', r => { if (!/^(data|blob):/.test(r.url()) && !r.url().startsWith(from)) trouble.push(`asked for ${r.url()}`); });
+  await page.goto(`${from}/${name}`);
   await page.waitForFunction(() => document.body.dataset.ready);
   return { page, trouble };
 }
@@ -73,7 +79,6 @@ async function scrubs(page) {
 
 async function plays(page) {
   await page.selectOption('#speed', '0.25');
-  await page.keyboard.press('Home');
   await page.locator('#scrub').fill('0');
   await page.focus('#play');
   await page.keyboard.press(' ');
@@ -152,6 +157,13 @@ async function fitsNarrowAndDark() {
   await page.close();
 }
 
+async function fetchesLinkedMeshes() {
+  const { page, trouble } = await open('linked.html', {}, served);
+  await assertFrame(page, 0);
+  assert.deepEqual(trouble, []);
+  await page.close();
+}
+
 // From a disk the meshes beside a page cannot be read: they are chosen by hand.
 async function takesChosenFiles() {
   const { page } = await open('linked.html');
@@ -182,8 +194,9 @@ async function showsSkippedFramesEmpty() {
   await page.close();
 }
 
-for (const look of [looksAtRun, fitsNarrowAndDark, takesChosenFiles, tellsOfAnEarlyEnd, showsSkippedFramesEmpty]) {
+for (const look of [looksAtRun, fitsNarrowAndDark, fetchesLinkedMeshes, takesChosenFiles, tellsOfAnEarlyEnd, showsSkippedFramesEmpty]) {
   await look();
   console.log(`${look.name}: good`);
 }
 await browser.close();
+server.close();
