@@ -64,7 +64,7 @@ PAGE_SOURCES := $(sort $(wildcard src/page/*.html src/page/*.css src/page/*.js))
 $(VIEWER): src/page/viewer.js src/page/bundle.sh src/page/package-lock.json $(shell [ -s $(VIEWER) ] || ! command -v npm >/dev/null || echo FORCE)
 	src/page/bundle.sh $@
 
-$(B)/src/page/assets.c.o: ALL_CFLAGS += -DPAGE_VIEWER='"$(VIEWER)"'
+$(B)/src/page/assets.c.o: private ALL_CFLAGS += -DPAGE_VIEWER='"$(VIEWER)"'
 $(B)/src/page/assets.c.o: $(PAGE_SOURCES) $(VIEWER)
 
 $(B)/%.c.o: %.c $(B)/flags

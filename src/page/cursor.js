@@ -67,12 +67,14 @@ function cursorLines(svg, cursor, columns, top, bottom) {
   });
 }
 
-// Frames without a mesh of their own are shaded.
-function shadeUntracked(svg, columns, frames, top, bottom) {
+// Frames without a mesh of their own are shaded, and those of another topology than their grid's; no narrower than can be seen.
+function shadeFrames(svg, columns, frames, top, bottom) {
+  const width = Math.max(1.5, columns.width);
   frames.forEach((f, i) => {
-    if (f.fate === 'tracked') return;
-    const box = svgElement('rect', { class: 'untracked', x: columns.left + i * columns.width, y: top, width: columns.width, height: bottom - top });
-    box.append(svgElement('title', {}, `frame ${f.label}: ${f.fate}`));
+    const shade = f.fate !== 'tracked' ? 'untracked' : f.figure('wrong_components') > 0 ? 'wrong' : null;
+    if (!shade) return;
+    const box = svgElement('rect', { class: shade, x: columns.middle(i) - width / 2, y: top, width, height: bottom - top });
+    box.append(svgElement('title', {}, `frame ${f.label}: ${shade === 'wrong' ? 'another topology than its grid' : f.fate}`));
     svg.append(box);
   });
 }

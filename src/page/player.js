@@ -5,7 +5,7 @@ const byId = id => document.getElementById(id);
 
 class Player {
   constructor(run, cursor) {
-    Object.assign(this, { run, cursor, viewer: null, up: 'z', time: 0, last: null, stepping: false });
+    Object.assign(this, { run, cursor, viewer: null, up: 'z', time: 0, last: null, request: 0, stepping: false });
     const scrub = byId('scrub');
     scrub.max = run.frames.length - 1;
     scrub.addEventListener('input', () => { this.pause(); cursor.go(Number(scrub.value)); });
@@ -53,16 +53,16 @@ class Player {
     this.viewer?.mark([]);
     this.last = performance.now();
     if (this.cursor.frame === this.run.frames.length - 1) this.time = 0;
-    requestAnimationFrame(now => this.step(now));
+    this.request = requestAnimationFrame(now => this.step(now));
   }
 
   pause() {
     byId('play').textContent = 'Play';
     this.last = null;
+    cancelAnimationFrame(this.request);
   }
 
   step(now) {
-    if (!this.isPlaying) return;
     this.time += Math.max(0, now - this.last) / 1000 * Number(byId('speed').value);
     this.last = now;
     if (this.time >= this.end) this.time = 0;
@@ -70,7 +70,7 @@ class Player {
     this.cursor.go(Math.max(0, this.run.frames.findLastIndex(f => f.time <= this.time)));
     this.stepping = false;
     this.show();
-    requestAnimationFrame(next => this.step(next));
+    this.request = requestAnimationFrame(next => this.step(next));
   }
 
   key(event) {

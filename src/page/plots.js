@@ -84,7 +84,7 @@ function drawAxes(svg, spec, scale, columns, frames, top, bottom) {
     svg.append(svgElement('text', { x: columns.left - 6, y: y + 4, 'text-anchor': 'end' }, say(t)));
   }
   svg.append(svgElement('line', { class: 'base', x1: columns.left, x2: columns.right, y1: bottom + 0.5, y2: bottom + 0.5 }));
-  shadeUntracked(svg, columns, frames, top, bottom);
+  shadeFrames(svg, columns, frames, top, bottom);
   labelFrames(svg, columns, frames, bottom + 15);
 }
 

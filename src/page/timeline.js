@@ -69,7 +69,7 @@ function makeTimeline(host, run, cursor, choose) {
     svg.replaceChildren();
     svg.setAttribute('viewBox', `0 0 ${width} ${bottom + 20}`);
     svg.setAttribute('height', bottom + 20);
-    shadeUntracked(svg, columns, run.frames, top, bottom);
+    shadeFrames(svg, columns, run.frames, top, bottom);
     labelFrames(svg, columns, run.frames, bottom + 15);
     moveLines = cursorLines(svg, cursor, columns, top, bottom);
     labels = [];
