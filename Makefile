@@ -57,6 +57,16 @@ $(LIB): $(filter-out $(MAIN),$(OBJECTS)) $(B)/files
 	@rm -f $@
 	ar qcs $@ $(filter %.o,$^)
 
+# The viewer of twinmesh report with three.js, by npm: the same for all builds. Where it could not be made it is empty, and is
+# tried again when npm is there.
+VIEWER = build/page/viewer.js
+PAGE_SOURCES := $(sort $(wildcard src/page/*.html src/page/*.css src/page/*.js))
+$(VIEWER): src/page/viewer.js src/page/bundle.sh src/page/package-lock.json $(shell [ -s $(VIEWER) ] || ! command -v npm >/dev/null || echo FORCE)
+	src/page/bundle.sh $@
+
+$(B)/src/page/assets.c.o: private ALL_CFLAGS += -DPAGE_VIEWER='"$(VIEWER)"'
+$(B)/src/page/assets.c.o: $(PAGE_SOURCES) $(VIEWER)
+
 $(B)/%.c.o: %.c $(B)/flags
 	@mkdir -p $(@D)
 	$(CC) $(ALL_CFLAGS) -c -o $@ $<
@@ -113,13 +123,18 @@ $(B)/files: FORCE
 
 # --- the two commands -----------------------------------------------------------------------------
 
-# Without npm the glTF validator is skipped, loudly; nothing else needs it.
+# Without npm reports have no viewer, and the tests of both and of glTF are skipped; without chromium those of reports. All loudly.
+define get_npm
+	@command -v npm >/dev/null || .ci/deps npm || echo 'twinmesh: npm could not be installed' >&2
+endef
 deps:
 	@.ci/deps $(CHECK_PACKAGES)
-	@command -v npm >/dev/null || .ci/deps npm || echo 'twinmesh: npm could not be installed' >&2
+	$(get_npm)
+	@command -v chromium >/dev/null || .ci/deps chromium || echo 'twinmesh: chromium could not be installed' >&2
 
 demo:
 	@.ci/deps $(BUILD_PACKAGES)
+	$(get_npm)
 	+@$(MAKE) --no-print-directory all
 	@tests/demo.sh $(B)/twinmesh
 
@@ -132,11 +147,11 @@ check: deps
 
 check-build: all $(TESTS) $(B)/tests/hostile $(B)/tests/soak/soak $(OTHER_BUILDS)
 ifneq ($(B),build/debug)
-build/debug/twinmesh: FORCE
+build/debug/twinmesh: FORCE | $(VIEWER)
 	+@$(MAKE) --no-print-directory all config=debug B=build/debug
 endif
 ifneq ($(B),build/clang)
-build/clang/twinmesh: FORCE
+build/clang/twinmesh: FORCE | $(VIEWER)
 	+@$(MAKE) --no-print-directory all config=release B=build/clang CC=clang CXX=clang++
 endif
 

@@ -73,6 +73,7 @@ if [ "$(basename "$build")" = release ]; then # the Makefile built these too, wh
 fi
 one slurm tests/slurm.sh "$build/twinmesh"
 [ -x tests/gltf/validate.sh ] && one gltf-validator tests/gltf/validate.sh "$build/twinmesh"
+one page-in-chromium tests/page/page.sh "$build/twinmesh"
 
 echo
 line="$passed passed, $failed failed"

@@ -35,6 +35,7 @@ check_command info
 check_command farm
 check_command check
 check_command diff
+check_command report
 # Every figure of check.
 page=$(mandoc -Tascii -O width=200 man/twinmesh-check.1 | sed 's/.\x08//g')
 while read -r figure; do

@@ -8,7 +8,7 @@
 
 static const struct {
     const char *name, *does;
-    const Command *command; /* NULL: not in this version */
+    const Command *command;
 } command[] = {
     {"mesh", "follow the surface through a sequence of volumes; write both meshes", &mesh_command},
     {"skin", "animate a potential that follows particles or grids", &skin_command},
@@ -16,7 +16,7 @@ static const struct {
     {"render", "picture a mesh sequence", &render_command},
     {"check", "measure meshes against the field they came from", &check_command},
     {"farm", "cut a sequence into chunks and stitch the results", &farm_command},
-    {"report", "a page of plots and events", NULL},
+    {"report", "one page of plots, events and a player", &report_command},
     {"diff", "compare two meshes or sequences", &diff_command},
     {"info", "what a volume or mesh file holds", &info_command},
 };
@@ -34,16 +34,10 @@ static int print_overview(void)
     puts("twinmesh follows the surface of a fluid cache and writes it as animated meshes.\n\n"
          "  twinmesh COMMAND ...\n  twinmesh help COMMAND\n  twinmesh --version\n");
     for (int i = 0; i < COMMAND_COUNT; i++)
-        printf("  %-8s %s%s\n", command[i].name, command[i].does, command[i].command ? "" : " (not in this version)");
+        printf("  %-8s %s\n", command[i].name, command[i].does);
     puts("\nExit status: 0 done, 1 a check failed, 2 wrong usage, 3 bad input, 4 could not write,\n"
          "5 out of a resource.");
     return 0;
-}
-
-static int not_in_this_version(const char *name)
-{
-    fprintf(stderr, "twinmesh %s: not in this version\n", name);
-    return ERR_USAGE;
 }
 
 static int unknown(const char *name)
@@ -71,7 +65,6 @@ static int run_by_name(const char *name, int argc, char **argv)
     int i = command_find(name);
     if (i == NONE) return unknown(name);
     const Command *c = command[i].command;
-    if (!c) return not_in_this_version(name);
     Options o;
     Err err;
     int status;

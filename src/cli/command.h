@@ -12,7 +12,7 @@ typedef struct Command {
     int (*run)(Options *o);            /* the arguments are parsed, and are neither --help nor --version; the exit status */
 } Command;
 
-extern const Command mesh_command, skin_command, field_command, render_command, check_command, farm_command, diff_command, info_command;
+extern const Command mesh_command, skin_command, field_command, render_command, check_command, farm_command, report_command, diff_command, info_command;
 
 /* A finished file's name on standard output, at once: data for the next program. A reader that went away is a failure to write. */
 bool command_print_name(const char *path, Err *err);

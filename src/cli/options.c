@@ -39,6 +39,10 @@ static const OptionSpec render_table[] = {
 #include "cli/render.def"
 };
 #define OPTION ROW
+static const OptionSpec report_table[] = {
+#include "cli/report.def"
+};
+#define OPTION ROW
 static const OptionSpec farm_table[] = { /* what mesh takes, in the same places, and its own */
 #define SECTION(heading)
 #include "cli/options.def"
@@ -47,7 +51,8 @@ static const OptionSpec farm_table[] = { /* what mesh takes, in the same places,
 };
 _Static_assert((int)FIELD_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)INFO_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
                    (int)CHECK_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)DIFF_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
-                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)RENDER_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
+                   (int)SKIN_OPTION_COUNT <= (int)FARM_OPTION_COUNT && (int)RENDER_OPTION_COUNT <= (int)FARM_OPTION_COUNT &&
+                   (int)REPORT_OPTION_COUNT <= (int)FARM_OPTION_COUNT,
                "Options has room for the largest table");
 
 const OptionTable mesh_options = {"mesh", OPTION_COUNT, option_table};
@@ -57,6 +62,7 @@ const OptionTable skin_options = {"skin", SKIN_OPTION_COUNT, skin_table};
 const OptionTable check_options = {"check", CHECK_OPTION_COUNT, check_table};
 const OptionTable diff_options = {"diff", DIFF_OPTION_COUNT, diff_table};
 const OptionTable render_options = {"render", RENDER_OPTION_COUNT, render_table};
+const OptionTable report_options = {"report", REPORT_OPTION_COUNT, report_table};
 const OptionTable farm_options = {"farm", FARM_OPTION_COUNT, farm_table};
 
 /* --- values --------------------------------------------------------------------------------------- */

@@ -60,6 +60,12 @@ typedef enum DiffOptionId {
 #include "cli/diff.def"
     DIFF_OPTION_COUNT
 } DiffOptionId;
+typedef enum ReportOptionId {
+#define SECTION(heading)
+#define OPTION(id, ...) REPORT_##id,
+#include "cli/report.def"
+    REPORT_OPTION_COUNT
+} ReportOptionId;
 
 typedef enum SkinOptionId {
 #define SECTION(heading)
@@ -87,7 +93,8 @@ typedef struct OptionTable {
     int count;
     const OptionSpec *spec;   /* [count] */
 } OptionTable;
-extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, render_options, farm_options;
+extern const OptionTable mesh_options, field_options, info_options, check_options, diff_options, skin_options, render_options, report_options,
+    farm_options;
 
 typedef struct OptionValue {
     bool given;               /* on the command line */

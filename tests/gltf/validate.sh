@@ -9,25 +9,8 @@ twinmesh=$1
 shift
 tool=$top/build/gltf-validator
 
-skip() {
-    echo "SKIPPED: npm cannot be reached ($1): NO glTF FILE WAS VALIDATED"
-    exit 77
-}
-
-command -v node >/dev/null || skip 'node is not installed'
-mkdir -p "$tool"
-if [ ! -d "$tool/node_modules/gltf-validator" ] || ! cmp -s "$here/package-lock.json" "$tool/package-lock.json"; then
-    command -v npm >/dev/null || skip 'npm is not installed'
-    cp "$here/package.json" "$here/package-lock.json" "$tool"
-    if ! (cd "$tool" && timeout 300 npm ci --no-audit --no-fund) >"$tool/npm.log" 2>&1; then
-        rm -rf "$tool/node_modules" "$tool/package-lock.json"
-        grep -qE 'ENOTFOUND|EAI_AGAIN|ETIMEDOUT|ECONN|ENETUNREACH|EHOSTUNREACH|ERR_SOCKET|E40[37]|E5[0-9][0-9]|ENOTCACHED' \
-            "$tool/npm.log" && skip 'its registry does not answer'
-        [ -s "$tool/npm.log" ] || skip 'its registry does not answer in time'
-        cat "$tool/npm.log"
-        exit 1
-    fi
-fi
+. "$top/tests/npm.sh"
+npm_packages "$here" "$tool" 'NO glTF FILE WAS VALIDATED'
 cp "$here/validate.mjs" "$tool" # modules are looked for beside the script
 
 if [ $# -eq 0 ]; then
