@@ -1,9 +1,7 @@
-/* OpenEXR's C core, which hands each piece of the file back to us: what cannot be written is told as everywhere. Rows are
- * stored as they are; a row is a chunk. */
+/* A grid as OpenEXR slices. Rows are stored as they are; a row is a chunk. */
 #include "io/bytes.h"
+#include "io/exr_priv.h"
 #include "io/volume_write_priv.h"
-
-#include <OpenEXR/openexr.h>
 
 enum { PARTS_MAX = 16384 };
 
@@ -19,6 +17,15 @@ static int64_t put_bytes(exr_const_context_t context, void *user, const void *da
 static void say_nothing(exr_const_context_t context, exr_result_t code, const char *text)
 {
     (void)context, (void)code, (void)text;
+}
+
+bool exr_begin(exr_context_t *c, OutFile *f, Err *err)
+{
+    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    how.user_data = f;
+    how.write_fn = put_bytes;
+    how.error_handler_fn = say_nothing;
+    return exr_start_write(c, f->path, EXR_WRITE_FILE_DIRECTLY, &how) == EXR_ERR_SUCCESS || outfile_fail(f, err);
 }
 
 /* Where the samples are, as the reader wants to know it: in the first part. */
@@ -64,12 +71,8 @@ bool exr_write(OutFile *f, const Grid *g, Err *err)
     int n[3];
     for (int a = 0; a < 3; a++) n[a] = g->hi[a] - g->lo[a] + 1;
     if (n[2] > PARTS_MAX) return fail(err, ERR_OUTPUT, "%.800s: an .exr has at most %d slices; write .vdb", f->path, PARTS_MAX);
-    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    how.user_data = f;
-    how.write_fn = put_bytes;
-    how.error_handler_fn = say_nothing;
     exr_context_t c;
-    if (exr_start_write(&c, f->path, EXR_WRITE_FILE_DIRECTLY, &how) != EXR_ERR_SUCCESS) return outfile_fail(f, err);
+    if (!exr_begin(&c, f, err)) return false;
     bool ok = add_parts(c, &g->xform, n) && add_rows(c, g, n);
     if (!ok) outfile_fail(f, err);
     bool finished = exr_finish(&c) == EXR_ERR_SUCCESS;
