@@ -36,7 +36,7 @@ COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -fno-tree-slp-v
 ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
 # The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LIBS = -lopenvdb -ltbb -lImath -lOpenEXRCore -lembree3 -lpng -ljansson -lblosc -lz -lbz2 -lxxhash -lm
+LIBS = -lopenvdb -ltbb -lImath -lOpenEXRCore -lembree3 -lpng -ljansson -lblosc -lz -lbz2 -lxxhash -lmeshoptimizer -lm
 
 B = build/$(config)
 OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))

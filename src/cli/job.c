@@ -103,6 +103,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .prefix = option_text(o, OPT_OUTPUT),
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
+        .compress = (GltfCompress)option_choice(o, OPT_COMPRESS),
         .print = option_given(o, OPT_PRINT),
         .resume = option_given(o, OPT_RESUME),
         .json_log = option_given(o, OPT_JSON_LOG),

@@ -3,6 +3,7 @@
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/turn.h"
+#include "io/gltf.h"
 #include "io/volume.h"
 #include "report/report.h"
 #include "scene/scene.h"
@@ -27,6 +28,7 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    GltfCompress compress;
     bool resume, keep_state, follow;
     bool is_chunk;              /* a part of a sequence (farm): its frames go to one file (chunk.h); never by options of mesh */
     int place, nplace;          /* of its frames in the sequence */

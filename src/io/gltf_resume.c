@@ -31,6 +31,7 @@ static bool is_run(const GltfDoc *d, const GltfRun *r)
 static bool is_piece(const GltfDoc *d, const GltfPiece *p)
 {
     int n = d->naccessor;
+    if (d->compress && !is_row(p->grid, d->ngrid)) return false;
     if (!is_row(p->run, d->nrun) || !is_row(p->position, n) || !is_row(p->normal, n)) return false;
     if (p->velocity != NONE && !is_row(p->velocity, n)) return false;
     if (!is_row(p->ntarget, GLTF_TARGETS + 1)) return false;
@@ -58,8 +59,10 @@ static void store_tables(GltfDoc *d, Store *s)
     TABLE(view, nview, cap_view);
     TABLE(accessor, naccessor, cap_accessor);
     TABLE(run, nrun, cap_run);
+    TABLE(grid, ngrid, cap_grid);
     TABLE(piece, npiece, cap_piece);
 #undef TABLE
+    STORE(s, d->raw_bytes);
     STORE(s, d->nattr);
     if (s->reading) {
         store_expect(s, d->nattr >= 0 && (size_t)d->nattr <= s->n - s->at);

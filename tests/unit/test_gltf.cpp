@@ -696,7 +696,7 @@ static void one_left_is_gone_on_with(void **)
             if (script[k - 1] < 0) continue;
             Store w = leave_after(path, script, k), r = store_reading(w.data, w.n);
             Err err = {};
-            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, GLTF_PLAIN, nullptr};
             Gltf *g = gltf_reopen(&options, &r, &err);
             assert_non_null(g);
             assert_true(r.at == r.n);
@@ -721,7 +721,7 @@ static void damage_in_a_store_does_no_harm(void **)
             w.data[i] ^= flip;
             Store r = store_reading(w.data, w.n);
             Err err = {};
-            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, GLTF_PLAIN, nullptr};
             Gltf *g = gltf_reopen(&options, &r, &err);
             assert_true(g || r.bad || err.code == ERR_INPUT);
             refused += !g;
