@@ -86,7 +86,6 @@ static bool job_check(const MeshJob *job, const Options *o, Err *err)
                     prefix);
     if (job->follow && !job->frames)
         return fail(err, ERR_USAGE, "--follow: give --frames A-B too, so that the last frame is known; or name frames on standard input (-) as they are done");
-    if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
     if (!(job->track.e_min < job->track.e_max))
         return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
                     job->track.e_max);

@@ -11,6 +11,7 @@
 #include "track/track.h"
 
 enum { FORMAT_PLY = 1, FORMAT_GLB = 2, FORMAT_GLTF = 4, FORMAT_VAT = 8 }; /* bits, as options.def lists them */
+enum { FORMATS_CARRIED = FORMAT_GLB | FORMAT_GLTF | FORMAT_VAT }; /* their runs go on to where the next one begins */
 enum { ATTRIBUTES_MAX = 32 };
 typedef enum OnError { ON_ERROR_STOP, ON_ERROR_SKIP, ON_ERROR_HOLD } OnError;
 typedef enum VelocityUnits { VELOCITY_BY_GRID = -1, VELOCITY_WORLD, VELOCITY_VOXEL, VELOCITY_MANTAFLOW } VelocityUnits;

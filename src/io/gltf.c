@@ -137,7 +137,7 @@ static bool run_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
     GltfDoc *d = &g->doc;
     RESERVE(d->run, d->cap_run, d->nrun + 1);
     GltfRun *run = &d->run[d->nrun++];
-    *run = (GltfRun){.frames = 1, .attr = d->nattr};
+    *run = (GltfRun){.frames = 1, .attr = d->nattr, .uv = NONE};
     run->index = gltf_store_indices(g, mesh, err);
     if (run->index == NONE) return false;
     run->id = gltf_store_ids(g, mesh, err);
@@ -307,6 +307,17 @@ bool gltf_close(Gltf *g, Err *err)
     bool ok = gltf_finish(g, err);
     gltf_abort(g);
     return ok;
+}
+
+bool gltf_write_still(const char *path, const TriMesh *mesh, const float *uv, const char *name, Err *err)
+{
+    Gltf *g = gltf_open(&(GltfOptions){.path = path, .fps = 1, .name = name}, err);
+    if (!g) return false;
+    bool good = gltf_add_frame(g, mesh, NULL, NULL, 1, err);
+    if (good) good = (g->doc.run[0].uv = gltf_store_vec2(g, uv, mesh->nvert, err)) != NONE;
+    if (good) return gltf_close(g, err);
+    gltf_abort(g);
+    return false;
 }
 
 static int by_size(const void *a, const void *b)

@@ -50,6 +50,9 @@ void gltf_abort(Gltf *g);
 /* gltf_finish and gltf_abort. */
 bool gltf_close(Gltf *g, Err *err);
 
+/* A mesh that stands still, with texture coordinates: uv[2 * nvert], from the top left. */
+bool gltf_write_still(const char *path, const TriMesh *mesh, const float *uv, const char *name, Err *err);
+
 /* Going on in another run: gltf_sync makes the parts outlast this one, gltf_store keeps in a store all that is known beside
  * them, gltf_leave frees g and lets them stand, as after gltf_finish. gltf_reopen makes of the same options, the store and
  * the parts, which are cut off to what they were, a Gltf that takes the next frame; NULL with a sentence where that cannot

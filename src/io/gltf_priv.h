@@ -54,7 +54,7 @@ typedef struct GltfAttribute {
 
 typedef struct GltfRun {
     int frames; /* shown */
-    int index, id;
+    int index, id, uv; /* uv: NONE but in gltf_write_still */
     int attr, nattr; /* rows of doc.attr */
 } GltfRun;
 
@@ -111,6 +111,7 @@ char *gltf_part_path(const char *stem, int part);
 
 /* Each stores the values as little-endian bytes and returns the accessor, or NONE after a failure. */
 int gltf_store_vec3(Gltf *g, const float *v, int n, Err *err);
+int gltf_store_vec2(Gltf *g, const float *v, int n, Err *err);
 int gltf_store_scalars(Gltf *g, const float *v, int n, Err *err);
 /* As 16-bit where the vertices allow it. */
 int gltf_store_indices(Gltf *g, const TriMesh *mesh, Err *err);

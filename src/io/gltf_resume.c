@@ -24,7 +24,7 @@ static bool is_view(const GltfDoc *d, const GltfView *v)
 
 static bool is_run(const GltfDoc *d, const GltfRun *r)
 {
-    if (!is_row(r->index, d->naccessor) || !is_row(r->id, d->naccessor)) return false;
+    if (!is_row(r->index, d->naccessor) || !is_row(r->id, d->naccessor) || r->uv != NONE) return false;
     return r->attr >= 0 && r->nattr >= 0 && r->attr <= d->nattr && r->nattr <= d->nattr - r->attr;
 }
 

@@ -168,6 +168,11 @@ int gltf_store_vec3(Gltf *g, const float *v, int n, Err *err)
     return store_floats(g, v, NULL, n, 3, GLTF_ARRAY, false, err);
 }
 
+int gltf_store_vec2(Gltf *g, const float *v, int n, Err *err)
+{
+    return store_floats(g, v, NULL, n, 2, GLTF_ARRAY, false, err);
+}
+
 int gltf_store_scalars(Gltf *g, const float *v, int n, Err *err)
 {
     return store_floats(g, v, NULL, n, 1, GLTF_ARRAY, false, err);

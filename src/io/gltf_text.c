@@ -118,6 +118,7 @@ static void put_mesh(Sink *s, const GltfDoc *d, const GltfPiece *p)
 {
     const GltfRun *run = &d->run[p->run];
     put(s, "{\"primitives\":[{\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d,\"_ID\":%d", p->position, p->normal, run->id);
+    if (run->uv != NONE) put(s, ",\"TEXCOORD_0\":%d", run->uv);
     if (p->velocity != NONE) put(s, ",\"_VELOCITY\":%d", p->velocity);
     for (int a = run->attr; a < run->attr + run->nattr; a++) put(s, ",\"%s\":%d", d->attr[a].name, d->attr[a].accessor);
     put(s, "},\"indices\":%d,\"mode\":4", run->index);
