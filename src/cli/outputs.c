@@ -90,7 +90,8 @@ static bool open_vat(Outputs *o, int kind, double fps, Store *s, Err *err)
     const MeshJob *job = o->job;
     if (!(job->formats & FORMAT_VAT) || job->is_chunk) return true;
     char *prefix = kind_prefix(job, kind);
-    VatOptions options = {.prefix = prefix, .name = kind_name[kind], .fps = fps};
+    if (!s) vat_sweep(prefix);
+    VatOptions options = {.prefix = prefix, .name = kind_name[kind], .fps = fps, .side = VAT_SIDE};
     o->vat[kind] = s ? vat_reopen(&options, s, err) : vat_open(&options);
     mem_free(prefix);
     return o->vat[kind] != NULL;

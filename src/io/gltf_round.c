@@ -7,6 +7,7 @@
 #include <math.h>
 
 enum { NORMAL_MOST = 127, EXPONENT_LEAST = -100, FLOAT_BITS = 24 };
+#define SHORTEST_NORMAL 0.125 /* of 16 steps: its direction is within 3 degrees */
 
 double gltf_grid_step(const GltfGrid *grid) { return ldexp(1, grid->exponent); }
 
@@ -66,22 +67,29 @@ int gltf_grid_for(Gltf *g, const float *pos, const float *next, int n)
 
 static int round_unit(double x) { return (int)floor(NORMAL_MOST * x + 0.5); }
 
-/* A target's normal is the base's and a difference of at most 1 an axis: a normal that has turned farther than that allows is
- * shortened, which keeps its direction. */
-void gltf_round_normal(const float n[3], const float base[3], int out[3])
+/* What the normal may be shortened to, so that the difference of whole numbers fits. */
+static double room_for(const float n[3], const int from[3])
 {
     double length = 1;
-    int from[3] = {0};
-    for (int k = 0; k < 3 && base; k++) {
-        from[k] = round_unit((double)base[k]);
-        double x = fabs((double)n[k]), room = NORMAL_MOST + (n[k] < 0 ? -from[k] : from[k]);
-        if (NORMAL_MOST * x * length > room) length = room / (NORMAL_MOST * x);
-    }
-    bool nothing = true;
     for (int k = 0; k < 3; k++) {
-        int x = round_unit(length * (double)n[k]);
-        nothing = nothing && x == 0;
-        out[k] = int_clamp(x - from[k], -NORMAL_MOST, NORMAL_MOST);
+        double x = NORMAL_MOST * fabs((double)n[k]), room = NORMAL_MOST + (n[k] < 0 ? -from[k] : from[k]);
+        if (length * x > room) length = room / x;
     }
-    for (int k = 0; k < 3 && nothing; k++) out[k] = 0; /* turned right round: the base's own, until the next piece */
+    return length;
+}
+
+/* A target's normal is the base's and a difference of at most 1 an axis. Where it has turned too far for that, a shorter one keeps
+ * its direction; where that would be too short, by a right angle and more, the nearest one that can be reached stands for it. */
+void gltf_round_normal(const float n[3], const float base[3], int out[3])
+{
+    int from[3] = {0};
+    bool nothing = true;
+    for (int k = 0; k < 3 && base; k++) from[k] = round_unit((double)base[k]);
+    double length = base ? room_for(n, from) : 1;
+    if (length < SHORTEST_NORMAL) length = 1;
+    for (int k = 0; k < 3; k++) {
+        out[k] = int_clamp(round_unit(length * (double)n[k]) - from[k], -NORMAL_MOST, NORMAL_MOST);
+        nothing = nothing && out[k] == -from[k];
+    }
+    for (int k = 0; k < 3 && nothing; k++) out[k] = 0; /* right round: the base's own */
 }

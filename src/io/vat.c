@@ -49,13 +49,15 @@ static bool add_block(Vat *v, const float *pos, const float *normal, Err *err)
     return outfile_write(&v->stream[v->slot], v->block, block_floats(r) * sizeof *v->block, err);
 }
 
-/* The narrowest power of two that holds a block in one row, up to VAT_SIDE. */
-static int width_for(int nvert)
+/* The narrowest power of two that holds a block in one row, as far as a texture may be wide. */
+static int width_for(const Vat *v, int nvert)
 {
     int width = 1;
-    while (width < nvert && width < VAT_SIDE) width *= 2;
+    while (width < nvert && width < v->side) width *= 2;
     return width;
 }
+
+static int rows_for(int nvert, int width) { return nvert / width + (nvert % width > 0); }
 
 static bool begin_run(Vat *v, const TriMesh *mesh, const char *label, Err *err)
 {
@@ -66,11 +68,11 @@ static bool begin_run(Vat *v, const TriMesh *mesh, const char *label, Err *err)
     mem_free(path);
     if (!good) return false;
 
-    int width = width_for(mesh->nvert);
+    int width = width_for(v, mesh->nvert);
     RESERVE(v->run, v->cap, v->nrun + 1);
     VatRun *r = &v->run[v->nrun++];
     *r = (VatRun){.first = v->frame, .frames = 1, .nvert = mesh->nvert, .ntri = mesh->ntri, .width = width,
-                  .rows = (int)(((int64_t)mesh->nvert + width - 1) / width)};
+                  .rows = rows_for(mesh->nvert, width)};
     snprintf(r->label, sizeof r->label, "%s", label);
     memcpy(r->lo, mesh->pos, sizeof r->lo);
     memcpy(r->hi, mesh->pos, sizeof r->hi);
@@ -92,7 +94,7 @@ static bool end_run(Vat *v, const float *pos, const float *normal, Err *err)
 }
 
 /* Frames a run may have, so that with the one carried on the textures stay in their bounds. */
-static int frames_most(const VatRun *r) { return int_max(VAT_SIDE / r->rows - 1, 1); }
+static int frames_most(const Vat *v, const VatRun *r) { return int_max(v->side / r->rows - 1, 1); }
 
 static bool add_frame(Vat *v, const TriMesh *mesh, const float *carried_pos, const float *carried_normal, int frames,
                       const char *label, Err *err)
@@ -100,7 +102,7 @@ static bool add_frame(Vat *v, const TriMesh *mesh, const float *carried_pos, con
     if (frames > INT32_MAX - 2 - v->frame) return fail(err, ERR_OUTPUT, "%.800s: the sequence has too many frames", v->prefix);
     v->frame += frames;
     bool same = v->open && trimesh_is_same_run(&v->base, mesh);
-    if (same && frames == 1 && last_run(v)->frames < frames_most(last_run(v))) {
+    if (same && frames == 1 && last_run(v)->frames < frames_most(v, last_run(v))) {
         last_run(v)->frames++;
         return add_block(v, mesh->pos, mesh->normal, err);
     }
@@ -118,6 +120,7 @@ Vat *vat_open(const VatOptions *options)
     v->prefix = mem_text(options->prefix);
     v->name = mem_text(options->name);
     v->fps = options->fps;
+    v->side = options->side;
     v->frame = -1;
     return v;
 }
@@ -158,17 +161,17 @@ void vat_leave(Vat *v) { free_all(v, outfile_leave); }
 
 bool vat_sync(Vat *v, Err *err) { return !v->open || outfile_sync(&v->stream[v->slot], err); }
 
-static bool is_run(const VatRun *r)
+static bool is_run(const Vat *v, const VatRun *r)
 {
-    return r->frames > 0 && r->nvert > 0 && r->ntri > 0 && r->width == width_for(r->nvert) &&
-           r->rows == (int)(((int64_t)r->nvert + r->width - 1) / r->width) && r->frames <= frames_most(r) &&
+    return r->frames > 0 && r->nvert > 0 && r->ntri > 0 && r->width == width_for(v, r->nvert) &&
+           r->rows == rows_for(r->nvert, r->width) && r->frames <= frames_most(v, r) &&
            (r->carried == 0 || r->carried == 1) && memchr(r->label, 0, sizeof r->label);
 }
 
 static bool is_sound(Vat *v)
 {
     bool sound = v->frame >= -1 && (v->slot == 0 || v->slot == 1) && (!v->open || v->nrun > 0);
-    for (int i = 0; i < v->nrun; i++) sound = sound && is_run(&v->run[i]);
+    for (int i = 0; i < v->nrun; i++) sound = sound && is_run(v, &v->run[i]);
     return sound && (!v->open || (v->base.nvert == last_run(v)->nvert && v->base.ntri == last_run(v)->ntri));
 }
 
@@ -185,32 +188,39 @@ void vat_store(Vat *v, Store *s)
     if (open) trimesh_store(&v->base, s);
 }
 
-Vat *vat_reopen(const VatOptions *options, Store *s, Err *err)
+static bool reopen_stream(Vat *v, Err *err)
 {
-    Vat *v = vat_open(options);
-    vat_store(v, s);
-    store_expect(s, !s->bad && is_sound(v));
-    if (s->bad || !v->open) {
-        if (!s->bad) return v;
-        vat_leave(v);
-        return NULL;
-    }
     const VatRun *r = last_run(v);
     uint64_t bytes = (uint64_t)vat_blocks(r) * block_floats(r) * sizeof *v->block;
     char *path = stream_path(v->prefix, v->slot);
     bool good = outfile_reopen(&v->stream[v->slot], path, bytes, err);
     mem_free(path);
     RESIZE(v->block, block_floats(r));
-    if (good) return v;
-    vat_leave(v);
-    return NULL;
+    return good;
+}
+
+static void sweep(const char *prefix, int slot)
+{
+    char *path = stream_path(prefix, slot);
+    outfile_sweep(path);
+    mem_free(path);
+}
+
+Vat *vat_reopen(const VatOptions *options, Store *s, Err *err)
+{
+    Vat *v = vat_open(options);
+    vat_store(v, s);
+    store_expect(s, !s->bad && is_sound(v));
+    if (s->bad || (v->open && !reopen_stream(v, err))) {
+        vat_leave(v);
+        return NULL;
+    }
+    for (int slot = 0; slot < 2; slot++)
+        if (!v->open || slot != v->slot) sweep(v->prefix, slot); /* begun behind the state */
+    return v;
 }
 
 void vat_sweep(const char *prefix)
 {
-    for (int slot = 0; slot < 2; slot++) {
-        char *path = stream_path(prefix, slot);
-        outfile_sweep(path);
-        mem_free(path);
-    }
+    for (int slot = 0; slot < 2; slot++) sweep(prefix, slot);
 }

@@ -12,7 +12,7 @@
 #pragma once
 #include "mesh/trimesh.h"
 
-enum { VAT_SIDE = 4096 }; /* texels: of a texture's width at most, and of its height where two blocks do not need more */
+enum { VAT_SIDE = 4096 }; /* what engines take; two blocks may be higher than that */
 
 typedef struct Vat Vat;
 
@@ -20,6 +20,7 @@ typedef struct VatOptions {
     const char *prefix; /* PREFIX.KIND */
     const char *name;   /* of the mesh: "mechanical", "geometric" */
     double fps;
+    int side;           /* texels of a texture's width and height at most, a power of two; VAT_SIDE */
 } VatOptions;
 
 Vat *vat_open(const VatOptions *options);

@@ -5,6 +5,7 @@
 
 #include <jansson.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 static const char *const texture_ending[VAT_TEXTURES] = {"position.exr", "normal.exr"};

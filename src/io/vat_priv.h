@@ -18,6 +18,7 @@ enum { VAT_POSITION, VAT_NORMAL, VAT_TEXTURES };
 struct Vat {
     char *prefix, *name;
     double fps;
+    int side;
     OutFile stream[2];
     int slot;                   /* of the open run's stream */
     bool open;                  /* the last run takes frames */
