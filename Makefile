@@ -15,7 +15,7 @@ endif
 
 # What Debian 12 must have: to build, and to check.
 BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev \
-	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev libpng-dev libembree-dev
+	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev libpng-dev libembree-dev libmeshoptimizer-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libtinygltf-dev libcmocka-dev bats jq mandoc openexr slurm-wlm munge
 
 FLAGS_release = -O3 -DNDEBUG
