@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum { STRIDE_MOST = 252, BLOCK = 1 << 16 };
-enum { PACKED_MOST = 1 << 28 }; /* bytes of one view */
+enum { PACKED_MOST = 1 << 30 }; /* bytes of one view, unpacked */
 
 bool gltf_refuse(const GltfBytes *b, const char *why, Err *err)
 {

@@ -18,6 +18,8 @@ enum {
     GLTF_ARRAY = 34962,
     GLTF_INDEX = 34963,
     GLTF_I16_MOST = 32767,
+    GLTF_EXPONENT_LEAST = -100, /* of a step */
+    GLTF_EXPONENT_MOST = 128,
 };
 #define GLTF_PART_BYTES ((uint64_t)1 << 30)      /* of a .bin file */
 #define GLTF_GLB_BYTES (((uint64_t)1 << 32) - 1) /* a .glb counts itself in 32 bits */

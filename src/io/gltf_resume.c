@@ -28,6 +28,11 @@ static bool is_run(const GltfDoc *d, const GltfRun *r)
     return r->attr >= 0 && r->nattr >= 0 && r->attr <= d->nattr && r->nattr <= d->nattr - r->attr;
 }
 
+static bool is_grid(const GltfGrid *grid)
+{
+    return grid->exponent >= GLTF_EXPONENT_LEAST && grid->exponent <= GLTF_EXPONENT_MOST;
+}
+
 static bool is_piece(const GltfDoc *d, const GltfPiece *p)
 {
     int n = d->naccessor;
@@ -46,6 +51,7 @@ static bool is_sound(const Gltf *g)
     for (int i = 0; i < d->naccessor; i++) sound = sound && is_row(d->accessor[i].view, d->nview);
     for (int i = 0; i < d->nattr; i++) sound = sound && d->attr[i].name && is_row(d->attr[i].accessor, d->naccessor);
     for (int i = 0; i < d->nrun; i++) sound = sound && is_run(d, &d->run[i]);
+    for (int i = 0; i < d->ngrid; i++) sound = sound && is_grid(&d->grid[i]);
     for (int i = 0; i < d->npiece; i++) sound = sound && is_piece(d, &d->piece[i]);
     return sound;
 }

@@ -6,7 +6,7 @@
 
 #include <math.h>
 
-enum { NORMAL_MOST = 127, EXPONENT_LEAST = -100, FLOAT_BITS = 24 };
+enum { NORMAL_MOST = 127, FLOAT_BITS = 24 };
 #define SHORTEST_NORMAL 0.125 /* of 16 steps: its direction is within 3 degrees */
 
 double gltf_grid_step(const GltfGrid *grid) { return ldexp(1, grid->exponent); }
@@ -44,10 +44,10 @@ static GltfGrid grid_around(const float *pos, const float *other, int n)
         side = fmax(side, hi[k] - lo[k]);
         far = fmax(far, fmax(fabs(lo[k]), fabs(hi[k])));
     }
-    int by_side = EXPONENT_LEAST, by_place = EXPONENT_LEAST;
+    int by_side = GLTF_EXPONENT_LEAST, by_place = GLTF_EXPONENT_LEAST;
     if (side > 0) frexp(side / (GLTF_I16_MOST - 1), &by_side); /* 2^by_side is larger */
     if (far > 0) frexp(far, &by_place);
-    grid.exponent = int_max(EXPONENT_LEAST, int_max(by_side, by_place - FLOAT_BITS + 1)); /* no finer than floats are there */
+    grid.exponent = int_max(GLTF_EXPONENT_LEAST, int_max(by_side, by_place - FLOAT_BITS + 1)); /* no finer than floats are there */
     for (int k = 0; k < 3; k++) grid.origin[k] = (int32_t)floor(ldexp(0.5 * (lo[k] + hi[k]), -grid.exponent) + 0.5);
     return grid;
 }
