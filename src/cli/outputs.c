@@ -79,7 +79,8 @@ static bool open_gltf(Outputs *o, int kind, int file, double fps, Store *s, Err 
     const MeshJob *job = o->job;
     if (!(job->formats & gltf_format[file]) || job->is_chunk) return true;
     char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
-    GltfOptions options = {.path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step, .compress = job->compress};
+    GltfOptions options = {
+        .path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step, .compress = job->compress};
     o->gltf[kind][file] = s ? gltf_reopen(&options, s, err) : gltf_open(&options, err);
     mem_free(path);
     return o->gltf[kind][file] != NULL;

@@ -75,7 +75,8 @@ static bool open_buffer(GltfBytes *b, int i, Err *err)
     if (uri && strncmp(uri, "data:", 5) == 0)
         return gltf_refuse(b, "its buffers stand in its JSON, which is not read; write it with a .bin file, or as .glb",
                            err);
-    if (!uri && (i > 0 || !b->json->chunk_bytes)) return gltf_refuse(b, "a buffer is nowhere; write or copy the file again", err);
+    if (!uri && (i > 0 || !b->json->chunk_bytes))
+        return gltf_refuse(b, "a buffer is nowhere; write or copy the file again", err);
     buffer->path = uri ? path_beside(b->path, uri) : mem_text(b->path);
     if (!buffer->path) return gltf_refuse(b, "a buffer is no file beside it; only such are read", err);
     if (!infile_open(&buffer->file, buffer->path, err)) return false;
@@ -112,11 +113,13 @@ static int64_t offset_of(json_t *object, const char *key)
 
 /* The packed bytes of a view of `bytes` bytes in rows of `stride`, where it has such. No codec packs more than 64 bytes into
  * one: a view may not claim more. */
-static bool find_packing(const GltfBytes *b, json_t *view, int64_t bytes, int64_t stride, int64_t *buffer, GltfRows *out, Err *err)
+static bool find_packing(const GltfBytes *b, json_t *view, int64_t bytes, int64_t stride, int64_t *buffer, GltfRows *out,
+                         Err *err)
 {
     json_t *packed = json_object_get(json_object_get(view, "extensions"), "EXT_meshopt_compression");
     if (!packed) return true;
-    const char *mode = json_string_value(json_object_get(packed, "mode")), *filter = json_string_value(json_object_get(packed, "filter"));
+    const char *mode = json_string_value(json_object_get(packed, "mode")),
+               *filter = json_string_value(json_object_get(packed, "filter"));
     GltfPacking *p = &out->packing;
     *buffer = gltf_whole(packed, "buffer");
     *p = (GltfPacking){.is_indices = mode && strcmp(mode, "INDICES") == 0,
@@ -129,7 +132,8 @@ static bool find_packing(const GltfBytes *b, json_t *view, int64_t bytes, int64_
         return gltf_refuse(b, "its arrays are packed behind a filter, which is not read; write it without", err);
     bool indices = p->is_indices || p->is_triangles;
     bool good = mode && (indices || strcmp(mode, "ATTRIBUTES") == 0) && size == stride && p->count > 0 && p->bytes > 0 &&
-                p->at != NONE && bytes <= PACKED_MOST && bytes / 64 <= p->bytes && p->count == bytes / size && bytes % size == 0;
+                p->at != NONE && bytes <= PACKED_MOST && bytes / 64 <= p->bytes && p->count == bytes / size &&
+                bytes % size == 0;
     good = good && (indices ? size == 2 || size == 4 : size % 4 == 0) && (!p->is_triangles || p->count % 3 == 0);
     return good || damaged(b, err);
 }
@@ -208,7 +212,8 @@ static bool unpack(const GltfRows *rows, const uint8_t *packed, uint8_t *to)
 }
 
 /* The view is unpacked whole. */
-static bool read_packed(GltfBytes *b, GltfBuffer *buffer, const GltfRows *rows, int from, int count, const Sink *sink, Err *err)
+static bool read_packed(GltfBytes *b, GltfBuffer *buffer, const GltfRows *rows, int from, int count, const Sink *sink,
+                        Err *err)
 {
     const GltfPacking *p = &rows->packing;
     uint8_t *packed = NEW(uint8_t, p->bytes), *view = NEW(uint8_t, p->count * rows->stride);

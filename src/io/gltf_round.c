@@ -47,7 +47,8 @@ static GltfGrid grid_around(const float *pos, const float *other, int n)
     int by_side = GLTF_EXPONENT_LEAST, by_place = GLTF_EXPONENT_LEAST;
     if (side > 0) frexp(side / (GLTF_I16_MOST - 1), &by_side); /* 2^by_side is larger */
     if (far > 0) frexp(far, &by_place);
-    grid.exponent = int_max(GLTF_EXPONENT_LEAST, int_max(by_side, by_place - FLOAT_BITS + 1)); /* no finer than floats are there */
+    by_place -= FLOAT_BITS - 1; /* no finer than floats are there */
+    grid.exponent = int_max(GLTF_EXPONENT_LEAST, int_max(by_side, by_place));
     for (int k = 0; k < 3; k++) grid.origin[k] = (int32_t)floor(ldexp(0.5 * (lo[k] + hi[k]), -grid.exponent) + 0.5);
     return grid;
 }

@@ -116,7 +116,8 @@ static bool put_packed(Gltf *g, size_t n, int size, int stride, int target, Rows
     GltfDoc *d = &g->doc;
     ASSERT(n > 0); /* the bounds were enough */
     if (!make_room(g, n, err)) return false;
-    rows->view = add_view(d, (GltfView){.stride = stride, .target = target, .packed = size, .count = rows->count, .raw = d->raw_bytes});
+    rows->view = add_view(d, (GltfView){
+        .stride = stride, .target = target, .packed = size, .count = rows->count, .raw = d->raw_bytes});
     d->raw_bytes += aligned((uint64_t)rows->count * (uint64_t)size);
     return put(g, g->packed, n, err);
 }
@@ -184,7 +185,8 @@ int gltf_store_keys(Gltf *g, const float *v, int count, int width, bool with_ran
 }
 
 /* Position and normal of a vertex side by side: three 16-bit whole numbers, three of 8 bits, both filled up to four bytes. */
-static int store_whole_vertices(Gltf *g, const GltfGrid *grid, const GltfColumns *of, const GltfColumns *base, int n, Err *err)
+static int store_whole_vertices(Gltf *g, const GltfGrid *grid, const GltfColumns *of, const GltfColumns *base, int n,
+                                Err *err)
 {
     enum { NORMAL_AT = 8, SIZE = 12 };
     Rows rows;

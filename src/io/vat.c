@@ -99,7 +99,8 @@ static int frames_most(const Vat *v, const VatRun *r) { return int_max(v->side /
 static bool add_frame(Vat *v, const TriMesh *mesh, const float *carried_pos, const float *carried_normal, int frames,
                       const char *label, Err *err)
 {
-    if (frames > INT32_MAX - 2 - v->frame) return fail(err, ERR_OUTPUT, "%.800s: the sequence has too many frames", v->prefix);
+    if (frames > INT32_MAX - 2 - v->frame)
+        return fail(err, ERR_OUTPUT, "%.800s: the sequence has too many frames", v->prefix);
     v->frame += frames;
     bool same = v->open && trimesh_is_same_run(&v->base, mesh);
     if (same && frames == 1 && last_run(v)->frames < frames_most(v, last_run(v))) {

@@ -27,8 +27,8 @@ static bool read_row(FILE *stream, const VatRun *r, int texture, int y, float *t
 {
     int block = y / r->rows, from = y % r->rows * r->width, n = int_min(r->width, r->nvert - from);
     int64_t at = ((int64_t)VAT_TEXTURES * block + texture) * r->nvert + from;
-    if (fseeko(stream, (off_t)(at * 3 * (int64_t)sizeof *take), SEEK_SET) != 0 || fread(take, 3 * sizeof *take, (size_t)n, stream) != (size_t)n)
-        return false;
+    if (fseeko(stream, (off_t)(at * 3 * (int64_t)sizeof *take), SEEK_SET) != 0) return false;
+    if (fread(take, 3 * sizeof *take, (size_t)n, stream) != (size_t)n) return false;
     for (int k = 0; k < 3; k++) {
         for (int x = 0; x < n; x++) plane[k][x] = take[3 * x + k];
         for (int x = n; x < r->width; x++) plane[k][x] = 0;
@@ -110,10 +110,10 @@ static json_t *file_json(const Vat *v, const VatRun *r, const char *ending)
 
 static json_t *run_json(const Vat *v, const VatRun *r)
 {
-    return json_pack("{s:i, s:s, s:i, s:b, s:i, s:i, s:i, s:i, s:i, s:{s:o, s:o}, s:o, s:o, s:o}", "first", r->first, "label",
-                     r->label, "frames", r->frames, "carried", r->carried, "vertices", r->nvert, "triangles", r->ntri, "width",
-                     r->width, "height", r->rows * vat_blocks(r), "rows_per_frame", r->rows, "bounds", "from", vec3_json(r->lo),
-                     "to", vec3_json(r->hi), "base", file_json(v, r, base_ending), "position",
+    return json_pack("{s:i, s:s, s:i, s:b, s:i, s:i, s:i, s:i, s:i, s:{s:o, s:o}, s:o, s:o, s:o}", "first", r->first,
+                     "label", r->label, "frames", r->frames, "carried", r->carried, "vertices", r->nvert, "triangles",
+                     r->ntri, "width", r->width, "height", r->rows * vat_blocks(r), "rows_per_frame", r->rows, "bounds",
+                     "from", vec3_json(r->lo), "to", vec3_json(r->hi), "base", file_json(v, r, base_ending), "position",
                      file_json(v, r, texture_ending[VAT_POSITION]), "normal", file_json(v, r, texture_ending[VAT_NORMAL]));
 }
 
@@ -129,9 +129,9 @@ static json_t *all_json(const Vat *v)
         }
         json_array_append_new(runs, run_json(v, r));
     }
-    return json_pack("{s:s, s:i, s:s, s:f, s:i, s:{s:o, s:o}, s:o}", "format", "twinmesh vertex animation textures", "version", 1,
-                     "mesh", v->name, "fps", v->fps, "frames", v->frame + 1, "bounds", "from", vec3_json(lo), "to", vec3_json(hi),
-                     "runs", runs);
+    return json_pack("{s:s, s:i, s:s, s:f, s:i, s:{s:o, s:o}, s:o}", "format", "twinmesh vertex animation textures",
+                     "version", 1, "mesh", v->name, "fps", v->fps, "frames", v->frame + 1, "bounds", "from", vec3_json(lo),
+                     "to", vec3_json(hi), "runs", runs);
 }
 
 bool vat_write_json(Vat *v, Err *err)
@@ -142,8 +142,11 @@ bool vat_write_json(Vat *v, Err *err)
     json_t *root = all_json(v);
     char *text = json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(FLOAT_DIGITS));
     bool good = outfile_open(&file, path, err);
-    if (good && outfile_write(&file, text, strlen(text), err) && outfile_write(&file, "\n", 1, err)) good = outfile_commit(&file, err);
-    else if (good) good = false, outfile_abort(&file);
+    if (good) {
+        good = outfile_write(&file, text, strlen(text), err) && outfile_write(&file, "\n", 1, err);
+        if (good) good = outfile_commit(&file, err);
+        else outfile_abort(&file);
+    }
     free(text);
     json_decref(root);
     mem_free(path);
