@@ -15,7 +15,8 @@ endif
 
 # What Debian 12 must have: to build, and to check.
 BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libimath-dev \
-	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev libpng-dev libembree-dev
+	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev libpng-dev libembree-dev \
+	libmeshoptimizer-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libtinygltf-dev libcmocka-dev bats jq mandoc openexr slurm-wlm munge
 
 FLAGS_release = -O3 -DNDEBUG
@@ -36,7 +37,7 @@ COMMON = $(FLAGS) -Wall -Wextra -ffp-contract=off -fno-fast-math -fno-tree-slp-v
 ALL_CFLAGS = -std=c17 $(COMMON) -Wconversion $(CFLAGS)
 # The libraries' own headers are not ours to mend: -isystem keeps their warnings away.
 ALL_CXXFLAGS = -std=c++17 $(COMMON) $(CXXFLAGS)
-LIBS = -lopenvdb -ltbb -lImath -lOpenEXRCore -lembree3 -lpng -ljansson -lblosc -lz -lbz2 -lxxhash -lm
+LIBS = -lopenvdb -ltbb -lImath -lOpenEXRCore -lembree3 -lpng -ljansson -lblosc -lz -lbz2 -lxxhash -lmeshoptimizer -lm
 
 B = build/$(config)
 OBJECTS := $(patsubst %,$(B)/%.o,$(sort $(wildcard src/*/*.c) $(wildcard src/*/*.cpp)))

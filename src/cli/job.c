@@ -89,7 +89,6 @@ static bool job_check(const MeshJob *job, const Options *o, Err *err)
     if (job->render && !(job->formats & FORMAT_PLY)) return fail(err, ERR_USAGE, "--render: pictures are made of the PLYs; give --format ply too");
     if (job->render && job->resume)
         return fail(err, ERR_USAGE, "--render: does not go with --resume, which goes on behind frames that are not pictured; let twinmesh render picture the meshes");
-    if (job->formats & FORMAT_VAT) return fail(err, ERR_USAGE, "--format vat: not in this version");
     if (!(job->track.e_min < job->track.e_max))
         return fail(err, ERR_USAGE, "--e-min %.9g: must be below --e-max, which is %.9g", job->track.e_min,
                     job->track.e_max);
@@ -106,6 +105,7 @@ bool job_make(MeshJob *job, const Options *o, Err *err)
         .prefix = option_text(o, OPT_OUTPUT),
         .formats = o->value[OPT_FORMAT].set,
         .gltf_step = option_choice(o, OPT_GLTF_INTERPOLATION) == 1,
+        .compress = (GltfCompress)option_choice(o, OPT_COMPRESS),
         .print = option_given(o, OPT_PRINT),
         .render = option_text(o, OPT_RENDER),
         .resume = option_given(o, OPT_RESUME),

@@ -3,6 +3,7 @@
 #include "cli/console.h"
 #include "cli/options.h"
 #include "cli/turn.h"
+#include "io/gltf.h"
 #include "io/volume.h"
 #include "report/report.h"
 #include "scene/scene.h"
@@ -10,6 +11,7 @@
 #include "track/track.h"
 
 enum { FORMAT_PLY = 1, FORMAT_GLB = 2, FORMAT_GLTF = 4, FORMAT_VAT = 8 }; /* bits, as options.def lists them */
+enum { FORMATS_CARRIED = FORMAT_GLB | FORMAT_GLTF | FORMAT_VAT }; /* their runs go on to where the next one begins */
 enum { ATTRIBUTES_MAX = 32 };
 typedef enum OnError { ON_ERROR_STOP, ON_ERROR_SKIP, ON_ERROR_HOLD } OnError;
 typedef enum VelocityUnits { VELOCITY_BY_GRID = -1, VELOCITY_WORLD, VELOCITY_VOXEL, VELOCITY_MANTAFLOW } VelocityUnits;
@@ -27,6 +29,7 @@ typedef struct MeshJob {
     const char *prefix;
     unsigned formats;
     bool gltf_step, print;
+    GltfCompress compress;
     const char *render;         /* PATTERN of pictures; NULL: none */
     int nrender_option;
     char **render_option;       /* [nrender_option] borrowed: what render is told of them */

@@ -13,6 +13,15 @@ static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
 static const char *const lines_name[] = {"report", "events", "timings"};
 
+/* PREFIX.KIND; to be freed. */
+static char *kind_prefix(const MeshJob *job, int kind)
+{
+    size_t size = strlen(job->prefix) + strlen(kind_name[kind]) + 2;
+    char *prefix = NEW(char, size);
+    snprintf(prefix, size, "%s.%s", job->prefix, kind_name[kind]);
+    return prefix;
+}
+
 /* PREFIX.middle.ending, or PREFIX.middle.label.ending. */
 static char *name_of(const char *prefix, const char *middle, const char *label, const char *ending)
 {
@@ -48,7 +57,9 @@ static void close_all(Outputs *o, bool remove)
     for (int i = 0; i < LINES_COUNT; i++) (remove ? outfile_abort : outfile_leave)(&o->lines[i]);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) (remove ? gltf_abort : gltf_leave)(o->gltf[kind][file]);
+    for (int kind = 0; kind < KIND_COUNT; kind++) (remove ? vat_abort : vat_leave)(o->vat[kind]);
     memset(o->gltf, 0, sizeof o->gltf);
+    memset(o->vat, 0, sizeof o->vat);
 }
 
 /* `s`: NULL for a new run. */
@@ -68,10 +79,23 @@ static bool open_gltf(Outputs *o, int kind, int file, double fps, Store *s, Err 
     const MeshJob *job = o->job;
     if (!(job->formats & gltf_format[file]) || job->is_chunk) return true;
     char *path = name_of(job->prefix, kind_name[kind], "", gltf_ending[file]);
-    GltfOptions options = {.path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step};
+    GltfOptions options = {
+        .path = path, .fps = fps, .name = kind_name[kind], .step = job->gltf_step, .compress = job->compress};
     o->gltf[kind][file] = s ? gltf_reopen(&options, s, err) : gltf_open(&options, err);
     mem_free(path);
     return o->gltf[kind][file] != NULL;
+}
+
+static bool open_vat(Outputs *o, int kind, double fps, Store *s, Err *err)
+{
+    const MeshJob *job = o->job;
+    if (!(job->formats & FORMAT_VAT) || job->is_chunk) return true;
+    char *prefix = kind_prefix(job, kind);
+    if (!s) vat_sweep(prefix);
+    VatOptions options = {.prefix = prefix, .name = kind_name[kind], .fps = fps, .side = VAT_SIDE};
+    o->vat[kind] = s ? vat_reopen(&options, s, err) : vat_open(&options);
+    mem_free(prefix);
+    return o->vat[kind] != NULL;
 }
 
 static bool open_all(Outputs *o, double fps, Store *s, Err *err)
@@ -80,6 +104,7 @@ static bool open_all(Outputs *o, double fps, Store *s, Err *err)
     for (int i = 0; i < LINES_COUNT; i++) good = good && open_lines(o, i, s, err);
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int file = 0; file < GLTF_FILE_COUNT; file++) good = good && open_gltf(o, kind, file, fps, s, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && open_vat(o, kind, fps, s, err);
     if (good) return true;
     close_all(o, !s);
     o->job = NULL;
@@ -134,6 +159,12 @@ static bool write_gltf(Outputs *o, int kind, const TriMesh *shown, const OutFram
     return good;
 }
 
+static bool write_vat(Outputs *o, int kind, const TriMesh *shown, const OutFrame *f, Err *err)
+{
+    const float *pos = f->carried[kind][0], *normal = f->carried[kind][1];
+    return !o->vat[kind] || vat_add_frame(o->vat[kind], shown, pos, normal, f->gap, f->label, err);
+}
+
 /* The PLYs first. */
 static bool write_meshes(Outputs *o, const OutFrame *f, Err *err)
 {
@@ -149,6 +180,7 @@ static bool write_meshes(Outputs *o, const OutFrame *f, Err *err)
     }
     for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &shown[kind], f->label, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_gltf(o, kind, &shown[kind], f, err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_vat(o, kind, &shown[kind], f, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) turn_free(&shown[kind]);
     if (good) o->nframe++;
     return good;
@@ -171,6 +203,11 @@ static bool write_state(Outputs *o, Store *s, Err *err)
             gltf_store(o->gltf[kind][file], s);
             if (!gltf_sync(o->gltf[kind][file], err)) return false;
         }
+    for (int kind = 0; kind < KIND_COUNT; kind++) {
+        if (!o->vat[kind]) continue;
+        vat_store(o->vat[kind], s);
+        if (!vat_sync(o->vat[kind], err)) return false;
+    }
     if (!state_write(o->job->prefix, s, err)) return false;
     o->kept = true;
     return true;
@@ -226,6 +263,23 @@ static void write_totals(Outputs *o, bool complete)
     timings_write_totals(o->lines[LINES_TIMINGS].stream, &o->totals);
 }
 
+static bool publish_gltf(Outputs *o, int kind, int file, Err *err)
+{
+    char *path = name_of(o->job->prefix, kind_name[kind], "", gltf_ending[file]);
+    bool good = gltf_finish(o->gltf[kind][file], err) && print_name(o, path, err);
+    mem_free(path);
+    return good;
+}
+
+static bool publish_vat(Outputs *o, int kind, Err *err)
+{
+    char *prefix = kind_prefix(o->job, kind), *path = vat_path(prefix);
+    bool good = vat_finish(o->vat[kind], err) && print_name(o, path, err);
+    mem_free(prefix);
+    mem_free(path);
+    return good;
+}
+
 /* Everything under its final name, beside the parts. */
 static bool publish(Outputs *o, bool complete, Err *err)
 {
@@ -233,13 +287,10 @@ static bool publish(Outputs *o, bool complete, Err *err)
     bool good = true;
     Err later; /* the first failure is told */
     for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int file = 0; file < GLTF_FILE_COUNT; file++) {
-            if (!o->gltf[kind][file]) continue;
-            char *path = name_of(o->job->prefix, kind_name[kind], "", gltf_ending[file]);
-            Err *to = good ? err : &later;
-            if (!gltf_finish(o->gltf[kind][file], to) || !print_name(o, path, to)) good = false;
-            mem_free(path);
-        }
+        for (int file = 0; file < GLTF_FILE_COUNT; file++)
+            if (o->gltf[kind][file] && !publish_gltf(o, kind, file, good ? err : &later)) good = false;
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        if (o->vat[kind] && !publish_vat(o, kind, good ? err : &later)) good = false;
     for (int i = 0; i < LINES_COUNT; i++)
         if (has_lines(o->job, i) && !outfile_publish(&o->lines[i], good ? err : &later)) good = false;
     return good;
@@ -275,5 +326,10 @@ bool outputs_sweep(const MeshJob *job, Err *err)
             gltf_sweep(path);
             mem_free(path);
         }
+    for (int kind = 0; kind < KIND_COUNT; kind++) {
+        char *prefix = kind_prefix(job, kind);
+        vat_sweep(prefix);
+        mem_free(prefix);
+    }
     return job->keep_state || state_remove(job->prefix, err);
 }

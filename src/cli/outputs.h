@@ -1,13 +1,14 @@
-/* outputs.h: the files of a run: meshes as PLY and glTF, report, events and timings, and PREFIX.state.
+/* outputs.h: the files of a run: meshes as PLY, glTF and textures, report, events and timings, and PREFIX.state.
  *
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
- * bears its final name before it is whole: PLYs after their frame, the others, which grow as PATH.part, when the run ends,
- * early or not. After each frame what was written is synced and PREFIX.state replaced (state.h), so that a run killed at any
+ * bears its final name before it is whole: PLYs after their frame, textures after their run of frames, the others, which grow
+ * as PATH.part, when all ends, early or not. After each frame what was written is synced and PREFIX.state replaced (state.h), so that a run killed at any
  * instant can be gone on with: the parts are cut off to the lengths the state holds. */
 #pragma once
 #include "cli/pictures.h"
 #include "io/file.h"
 #include "io/gltf.h"
+#include "io/vat.h"
 
 enum { KIND_MECHANICAL, KIND_GEOMETRIC, KIND_COUNT };
 enum { GLTF_FILE_COUNT = 2 };                              /* .glb, .gltf */
@@ -35,6 +36,7 @@ typedef struct Outputs {
     const MeshJob *job;                      /* NULL: not open */
     OutFile lines[LINES_COUNT];
     Gltf *gltf[KIND_COUNT][GLTF_FILE_COUNT]; /* NULL: not wanted */
+    Vat *vat[KIND_COUNT];                    /* NULL: not wanted */
     Pictures *pictures;                      /* NULL: not wanted */
     ReportTotals totals;
     int nframe;                              /* shown so far; in a chunk, all */

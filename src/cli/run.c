@@ -42,10 +42,10 @@ static void take_events(Run *run, const char *label, OutFrame *out)
     run->tracked_label = mem_text(label);
 }
 
-/* Where a run of the glTF ends, the last meshes shown are carried on to this frame. */
+/* Where a run of the glTF or the textures ends, the last meshes shown are carried on to this frame. */
 static void carry_last(Run *run, const TriMesh *mesh, OutFrame *out)
 {
-    if (run->shown == NONE || !(run->job.formats & (FORMAT_GLB | FORMAT_GLTF))) return;
+    if (run->shown == NONE || !(run->job.formats & FORMATS_CARRIED)) return;
     double start = console_clock();
     for (int kind = 0; kind < KIND_COUNT; kind++) {
         const TriMesh *last = &run->mesh[run->shown_at][kind];

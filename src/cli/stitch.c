@@ -135,7 +135,7 @@ static bool join(Stitch *st, ChunkFile *next, int k, Err *err)
 /* Where the last meshes shown go at the frame behind the seam. */
 static void take_tail(Stitch *st, OutFrame *f)
 {
-    bool is_wanted = st->job.formats & (FORMAT_GLB | FORMAT_GLTF);
+    bool is_wanted = st->job.formats & FORMATS_CARRIED;
     bool is_known = is_wanted && st->tail.fate == FRAME_TRACKED && strcmp(st->tail.label, f->label) == 0;
     for (int kind = 0; kind < KIND_COUNT; kind++)
         for (int k = 0; k < 2; k++) {

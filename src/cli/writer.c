@@ -1,5 +1,7 @@
 #include "cli/writer.h"
 
+#include "base/thread.h"
+
 #include <pthread.h>
 
 struct Writer {
@@ -18,6 +20,7 @@ struct Writer {
 static void *writer_run(void *context)
 {
     Writer *w = context;
+    thread_alone(); /* the pool is the tracker's */
     pthread_mutex_lock(&w->lock);
     for (;;) {
         while (!w->full && !w->quit) pthread_cond_wait(&w->changed, &w->lock);

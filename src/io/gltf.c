@@ -5,6 +5,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include <meshoptimizer.h>
+
 /* --- copies of meshes ------------------------------------------------------------------------ */
 
 static bool is_empty(const TriMesh *m) { return m->nvert == 0 || m->ntri == 0; }
@@ -45,8 +47,8 @@ static bool is_finite(const float *v, int n)
 
 static GltfPiece *open_piece(Gltf *g) { return &g->doc.piece[g->doc.npiece - 1]; }
 
-/* A piece of the last run that begins with `mesh` at `frame`. */
-static bool piece_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
+/* A piece of the last run that begins with `mesh` at `frame`; `next`: its vertices in the first target, or NULL. */
+static bool piece_begin(Gltf *g, const TriMesh *mesh, const float *next, int frame, Err *err)
 {
     GltfDoc *d = &g->doc;
     RESERVE(d->piece, d->cap_piece, d->npiece + 1);
@@ -58,13 +60,13 @@ static bool piece_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
                      .target = NONE,
                      .key = {frame}};
     p->weights_in = p->weights_out = p->scale_in = p->scale_out = NONE;
+    if (d->compress) p->grid = gltf_grid_for(g, mesh->pos, next, mesh->nvert);
 
-    p->position = gltf_store_vec3(g, mesh->pos, NULL, mesh->nvert, true, err);
+    p->position = gltf_store_vertices(g, &(GltfColumns){mesh->pos, mesh->normal}, NULL, mesh->nvert, err);
     if (p->position == NONE) return false;
-    p->normal = gltf_store_vec3(g, mesh->normal, NULL, mesh->nvert, false, err);
-    if (p->normal == NONE) return false;
+    p->normal = p->position + 1;
     if (mesh->velocity) {
-        p->velocity = gltf_store_vec3(g, mesh->velocity, NULL, mesh->nvert, false, err);
+        p->velocity = gltf_store_vec3(g, mesh->velocity, mesh->nvert, err);
         if (p->velocity == NONE) return false;
     }
     size_t n = 3 * (size_t)mesh->nvert;
@@ -75,18 +77,30 @@ static bool piece_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
     return true;
 }
 
-/* The open piece's vertices at `frame`. A full piece hands over to a new one that begins at the last frame
- * given. */
+/* Whether the open piece can take these vertices as a target. */
+static bool piece_has_room(Gltf *g, const float *pos)
+{
+    const GltfPiece *p = open_piece(g);
+    if (p->ntarget == GLTF_TARGETS) return false;
+    return !g->doc.compress || gltf_grid_fits(&g->doc.grid[p->grid], g->base_pos, pos, g->last.nvert);
+}
+
+/* A new piece that begins at the last frame given, and goes on to `next`. */
+static bool piece_hand_over(Gltf *g, const float *next, Err *err)
+{
+    if (open_piece(g)->from == g->frame) g->doc.npiece--; /* it would not be shown; what it has stored is left unused */
+    else open_piece(g)->until = g->frame;
+    return piece_begin(g, &g->last, next, g->frame, err);
+}
+
+/* The open piece's vertices at `frame`. */
 static bool piece_add_target(Gltf *g, const float *pos, const float *normal, int frame, Err *err)
 {
-    if (open_piece(g)->ntarget == GLTF_TARGETS) {
-        open_piece(g)->until = g->frame;
-        if (!piece_begin(g, &g->last, g->frame, err)) return false;
-    }
+    if (!piece_has_room(g, pos) && !piece_hand_over(g, pos, err)) return false;
     GltfPiece *p = open_piece(g);
-    int first = gltf_store_vec3(g, pos, g->base_pos, g->last.nvert, true, err);
-    if (first == NONE || gltf_store_vec3(g, normal, g->base_normal, g->last.nvert, false, err) == NONE)
-        return false;
+    const GltfColumns base = {g->base_pos, g->base_normal};
+    int first = gltf_store_vertices(g, &(GltfColumns){pos, normal}, &base, g->last.nvert, err);
+    if (first == NONE) return false;
     if (p->ntarget == 0) p->target = first;
     ASSERT(first == p->target + 2 * p->ntarget);
     p->key[++p->ntarget] = frame;
@@ -123,7 +137,7 @@ static bool run_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
     GltfDoc *d = &g->doc;
     RESERVE(d->run, d->cap_run, d->nrun + 1);
     GltfRun *run = &d->run[d->nrun++];
-    *run = (GltfRun){.frames = 1, .attr = d->nattr};
+    *run = (GltfRun){.frames = 1, .attr = d->nattr, .uv = NONE};
     run->index = gltf_store_indices(g, mesh, err);
     if (run->index == NONE) return false;
     run->id = gltf_store_ids(g, mesh, err);
@@ -137,7 +151,7 @@ static bool run_begin(Gltf *g, const TriMesh *mesh, int frame, Err *err)
         run->nattr++;
     }
     g->open = true;
-    return piece_begin(g, &g->now, frame, err);
+    return piece_begin(g, &g->now, NULL, frame, err);
 }
 
 static bool run_extend(Gltf *g, int frame, Err *err)
@@ -145,7 +159,7 @@ static bool run_extend(Gltf *g, int frame, Err *err)
     g->doc.run[g->doc.nrun - 1].frames++;
     if (g->doc.step && open_piece(g)->ntarget == GLTF_TARGETS) {
         /* without interpolation no piece needs to reach the next one's first frame */
-        if (!piece_begin(g, &g->now, frame, err)) return false;
+        if (!piece_begin(g, &g->now, NULL, frame, err)) return false;
     } else if (!piece_add_target(g, g->now.pos, g->now.normal, frame, err)) {
         return false;
     }
@@ -218,12 +232,15 @@ Gltf *gltf_open(const GltfOptions *options, Err *err)
     g->name = mem_text(options->name);
     g->doc.name = g->name;
     g->doc.step = options->step;
+    g->doc.compress = options->compress;
     g->binary = binary;
     g->fps = options->fps;
     g->warn = options->warn;
     g->part_bytes = GLTF_PART_BYTES;
     g->glb_bytes = GLTF_GLB_BYTES;
     g->frame = -1;
+    meshopt_encodeVertexVersion(0); /* the bitstreams that EXT_meshopt_compression specifies, whatever the library's default */
+    meshopt_encodeIndexVersion(1);
     return g;
 }
 
@@ -250,11 +267,14 @@ static void free_all(Gltf *g)
     mem_free(d->accessor);
     mem_free(d->attr);
     mem_free(d->run);
+    mem_free(d->grid);
     mem_free(d->piece);
     trimesh_free(&g->last);
     trimesh_free(&g->now);
     mem_free(g->base_pos);
     mem_free(g->base_normal);
+    mem_free(g->scratch);
+    mem_free(g->packed);
     mem_free(g->path);
     mem_free(g->prefix);
     mem_free(g->name);
@@ -287,6 +307,17 @@ bool gltf_close(Gltf *g, Err *err)
     bool ok = gltf_finish(g, err);
     gltf_abort(g);
     return ok;
+}
+
+bool gltf_write_still(const char *path, const TriMesh *mesh, const float *uv, const char *name, Err *err)
+{
+    Gltf *g = gltf_open(&(GltfOptions){.path = path, .fps = 1, .name = name}, err);
+    if (!g) return false;
+    bool good = gltf_add_frame(g, mesh, NULL, NULL, 1, err);
+    if (good) good = (g->doc.run[0].uv = gltf_store_vec2(g, uv, mesh->nvert, err)) != NONE;
+    if (good) return gltf_close(g, err);
+    gltf_abort(g);
+    return false;
 }
 
 static int by_size(const void *a, const void *b)

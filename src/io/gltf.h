@@ -18,11 +18,17 @@
 
 typedef struct Gltf Gltf;
 
+/* Positions as 16-bit and normals as 8-bit whole numbers (KHR_mesh_quantization), and the arrays packed beside
+ * (EXT_meshopt_compression). A position is moved by at most half of a step, a power of two below 1/16383 of the mesh's longest
+ * side; triangles, identities, velocities and attributes stay exact. */
+typedef enum GltfCompress { GLTF_PLAIN, GLTF_QUANTIZE, GLTF_MESHOPT } GltfCompress;
+
 typedef struct GltfOptions {
     const char *path; /* final name; .glb: binary, .gltf: JSON and .bin parts */
     double fps;
     const char *name;                   /* of the nodes: "mechanical", "geometric" */
     bool step;                          /* hold each frame instead of interpolating */
+    GltfCompress compress;
     void (*warn)(const char *sentence); /* called by gltf_close for a .glb that became .gltf; may be NULL */
 } GltfOptions;
 
@@ -43,6 +49,9 @@ bool gltf_finish(Gltf *g, Err *err);
 void gltf_abort(Gltf *g);
 /* gltf_finish and gltf_abort. */
 bool gltf_close(Gltf *g, Err *err);
+
+/* A mesh that stands still, with texture coordinates: uv[2 * nvert], from the top left. */
+bool gltf_write_still(const char *path, const TriMesh *mesh, const float *uv, const char *name, Err *err);
 
 /* Going on in another run: gltf_sync makes the parts outlast this one, gltf_store keeps in a store all that is known beside
  * them, gltf_leave frees g and lets them stand, as after gltf_finish. gltf_reopen makes of the same options, the store and

@@ -17,12 +17,21 @@ typedef struct GltfBytes {
 } GltfBytes;
 
 /* Component types, as the specification numbers them. */
-enum { GLTF_READ_U8 = 5121, GLTF_READ_U16 = 5123, GLTF_READ_U32 = 5125, GLTF_READ_F32 = 5126 };
+enum { GLTF_READ_I8 = 5120, GLTF_READ_U8, GLTF_READ_I16, GLTF_READ_U16, GLTF_READ_U32 = 5125, GLTF_READ_F32 };
+
+/* Of a view that EXT_meshopt_compression has packed. */
+typedef struct GltfPacking {
+    bool is_indices, is_triangles; /* else attributes */
+    int64_t at, bytes;      /* within the buffer; 0 bytes: it is not packed */
+    int64_t count;          /* rows, at most what the bytes justify */
+} GltfPacking;
 
 typedef struct GltfRows {
     int buffer, component, width, stride;
-    int64_t at;             /* within the buffer */
+    bool normalized;        /* whole numbers that stand for 0 ... 1 or -1 ... 1 */
+    int64_t at;             /* within the buffer, or the unpacked view */
     int count;              /* at most what the buffer's length justifies */
+    GltfPacking packing;
 } GltfRows;
 
 void gltf_bytes_init(GltfBytes *b, const char *path, const GltfJson *json);
@@ -30,7 +39,8 @@ void gltf_bytes_free(GltfBytes *b);
 
 /* Where accessor i is. False with a sentence where it is not wholly in its file, or is of a kind that is not read. */
 bool gltf_rows_find(GltfBytes *b, int64_t i, GltfRows *out, Err *err);
-/* Rows from ... from + count - 1 as floats, or as unsigned whole numbers: [count * width]. The component must be right. */
+/* Rows from ... from + count - 1 as floats, whatever they are stored as, or as unsigned whole numbers, which they must be:
+ * [count * width]. */
 bool gltf_rows_floats(GltfBytes *b, const GltfRows *rows, int from, int count, float *out, Err *err);
 bool gltf_rows_wholes(GltfBytes *b, const GltfRows *rows, int from, int count, uint32_t *out, Err *err);
 /* "…: what; remedy": always false. */

@@ -18,13 +18,14 @@ static int64_t accessor_count(const Parts *p, int64_t i)
     return n == NONE ? 0 : n;
 }
 
-static void note_bounds(Parts *p, json_t *position)
+static void note_bounds(Parts *p, json_t *position, const GltfPlace *place)
 {
     json_t *lo = json_object_get(position, "min"), *hi = json_object_get(position, "max");
     if (json_array_size(lo) != 3 || json_array_size(hi) != 3) return;
     GltfInfo *g = p->info;
     for (size_t a = 0; a < 3; a++) {
-        double l = json_number_value(json_array_get(lo, a)), h = json_number_value(json_array_get(hi, a));
+        double l = place->at[a] + place->scale * json_number_value(json_array_get(lo, a)),
+               h = place->at[a] + place->scale * json_number_value(json_array_get(hi, a));
         g->lo[a] = g->has_bounds ? real_min(g->lo[a], l) : l;
         g->hi[a] = g->has_bounds ? real_max(g->hi[a], h) : h;
     }
@@ -55,7 +56,7 @@ static GltfRunInfo *run_of(Parts *p, int64_t index)
     return &g->run[g->nrun++];
 }
 
-static void note_primitive(Parts *p, json_t *primitive)
+static void note_primitive(Parts *p, json_t *primitive, const GltfPlace *place)
 {
     json_t *attributes = json_object_get(primitive, "attributes"), *value;
     const char *name;
@@ -65,7 +66,7 @@ static void note_primitive(Parts *p, json_t *primitive)
     run->triangles = (index == NONE ? run->vertices : accessor_count(p, index)) / 3;
     run->pieces++;
     run->targets += (int)json_array_size(json_object_get(primitive, "targets"));
-    note_bounds(p, gltf_at(p->accessors, position));
+    note_bounds(p, gltf_at(p->accessors, position), place);
     json_object_foreach(attributes, name, value) note_name(p, name);
 }
 
@@ -80,15 +81,35 @@ static void note_animation(Parts *p, json_t *animation)
     }
 }
 
-static void gather(Parts *p, json_t *root)
+/* [number of meshes]: where the node stands that shows it. The caller frees it. */
+static GltfPlace *mesh_places(const GltfJson *json)
 {
+    json_t *nodes = json_object_get(json->root, "nodes"), *node;
+    size_t i, n = json_array_size(json_object_get(json->root, "meshes"));
+    GltfPlace *of_node = NEW(GltfPlace, json_array_size(nodes)), *of_mesh = NEW(GltfPlace, n);
+    gltf_json_places(json, of_node); /* what is placed in other ways is told where it stands without */
+    for (i = 0; i < n; i++) of_mesh[i] = (GltfPlace){.scale = 1};
+    json_array_foreach(nodes, i, node)
+    {
+        int64_t mesh = gltf_whole(node, "mesh");
+        if (mesh != NONE && mesh < (int64_t)n) of_mesh[mesh] = of_node[i];
+    }
+    mem_free(of_node);
+    return of_mesh;
+}
+
+static void gather(Parts *p, const GltfJson *json)
+{
+    json_t *root = json->root;
+    GltfPlace *place = mesh_places(json);
     json_t *meshes = json_object_get(root, "meshes"), *mesh, *primitive;
     size_t i, k, used = 0;
     p->accessors = json_object_get(root, "accessors");
     p->info->nodes = (int)json_array_size(json_object_get(root, "nodes"));
     p->info->meshes = (int)json_array_size(meshes);
     json_array_foreach(meshes, i, mesh)
-        json_array_foreach(json_object_get(mesh, "primitives"), k, primitive) note_primitive(p, primitive);
+        json_array_foreach(json_object_get(mesh, "primitives"), k, primitive) note_primitive(p, primitive, &place[i]);
+    mem_free(place);
     json_array_foreach(json_object_get(root, "animations"), i, mesh) note_animation(p, mesh);
     for (int n = 0; n < p->nname && used < sizeof p->info->attributes; n++)
         used += (size_t)snprintf(p->info->attributes + used, sizeof p->info->attributes - used, "%s%s", n ? " " : "", p->name[n]);
@@ -105,7 +126,7 @@ bool gltf_info_read(const char *path, GltfInfo *out, Err *err)
     if (!ok) return false;
     Parts parts = {.info = out};
     out->binary = json.binary;
-    gather(&parts, json.root);
+    gather(&parts, &json);
     mem_free(parts.run_index);
     json_decref(json.root);
     return true;

@@ -56,3 +56,61 @@ bool gltf_json_read(InFile *in, GltfJson *out, Err *err)
     *out = (GltfJson){0};
     return false;
 }
+
+/* --- places ----------------------------------------------------------------------------------------- */
+
+static bool read_vec3(json_t *list, double out[3])
+{
+    for (size_t k = 0; k < 3; k++) {
+        if (!json_is_number(json_array_get(list, k))) return false;
+        out[k] = json_number_value(json_array_get(list, k));
+    }
+    return json_array_size(list) == 3;
+}
+
+static bool read_place(json_t *node, GltfPlace *out)
+{
+    double scale[3] = {1, 1, 1};
+    json_t *s = json_object_get(node, "scale"), *t = json_object_get(node, "translation");
+    *out = (GltfPlace){.scale = 1};
+    if ((s && !read_vec3(s, scale)) || (t && !read_vec3(t, out->at))) return false;
+    out->scale = scale[0];
+    return scale[0] == scale[1] && scale[1] == scale[2] && scale[0] > 0;
+}
+
+/* A node beside which no other names the same child. */
+static bool place_children(json_t *nodes, json_t *parent, uint8_t *placed, GltfPlace *place)
+{
+    GltfPlace here;
+    json_t *child;
+    size_t i;
+    if (json_object_get(parent, "mesh") || !read_place(parent, &here)) return false;
+    json_array_foreach(json_object_get(parent, "children"), i, child)
+    {
+        json_int_t at = json_is_integer(child) ? json_integer_value(child) : NONE;
+        json_t *node = gltf_at(nodes, at);
+        if (!node || placed[at] || json_object_get(node, "children")) return false;
+        place[at] = here;
+        placed[at] = 1;
+    }
+    return true;
+}
+
+bool gltf_json_places(const GltfJson *json, GltfPlace *place)
+{
+    static const char *const foreign[] = {"matrix", "rotation", "skin"};
+    json_t *nodes = json_object_get(json->root, "nodes"), *node;
+    size_t i, n = json_array_size(nodes);
+    uint8_t *placed = NEW0(uint8_t, n);
+    bool good = true;
+    for (i = 0; i < n; i++) place[i] = (GltfPlace){.scale = 1};
+    json_array_foreach(nodes, i, node)
+    {
+        for (size_t k = 0; k < sizeof foreign / sizeof *foreign; k++) good = good && !json_object_get(node, foreign[k]);
+        bool is_parent = json_object_get(node, "children") != NULL;
+        if (is_parent) good = good && place_children(nodes, node, placed, place);
+        else good = good && !(json_object_get(node, "mesh") && json_object_get(node, "translation"));
+    }
+    mem_free(placed);
+    return good;
+}

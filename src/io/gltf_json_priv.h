@@ -21,3 +21,13 @@ static inline int64_t gltf_whole(json_t *object, const char *key)
     json_t *v = json_object_get(object, key);
     return json_is_integer(v) && json_integer_value(v) >= 0 ? json_integer_value(v) : NONE;
 }
+
+/* Where a node stands: its coordinates times scale, and at. */
+typedef struct GltfPlace {
+    double scale, at[3];
+} GltfPlace;
+
+/* place[number of nodes]. A node stands where its parent says, which has neither a mesh nor a parent; its own scale is left
+ * out: it tells whether it is shown. False where nodes stand in other ways: turned, deeper or stretched; the places are as far
+ * as they are known then. */
+bool gltf_json_places(const GltfJson *json, GltfPlace *place);

@@ -22,6 +22,7 @@ struct GltfReader {
     char *path;
     GltfJson json;
     GltfBytes bytes;
+    GltfPlace *place;     /* [number of nodes] */
     int nkey, capkey;     /* once open: frames only, by time */
     Key *key;
 };
@@ -174,15 +175,14 @@ static bool is_hidden(json_t *node)
 /* Nodes without a mesh are passed over. */
 static bool add_nodes(GltfReader *r, int nnode, const NodeChannels *of, Err *err)
 {
-    static const char *const foreign[] = {"matrix", "translation", "rotation", "skin", "children"};
     int meshes = 0, always = 0;
     for (int i = 0; i < nnode; i++) {
         json_t *node = gltf_at(items(r, "nodes"), i);
-        for (size_t k = 0; k < sizeof foreign / sizeof *foreign; k++)
-            if (json_object_get(node, foreign[k]))
-                return refuse(r, "its nodes have places or parents of their own; only what twinmesh writes is read", err);
-        if (!json_object_get(node, "mesh")) continue;
         bool animated = of[i].scale.input != NONE;
+        if (!json_object_get(node, "mesh")) {
+            if (animated) return refuse(r, "something but a mesh is animated, which is not read", err);
+            continue;
+        }
         if (!animated && is_hidden(node)) continue;
         meshes++;
         always += !animated;
@@ -247,12 +247,26 @@ static bool keep_frames(GltfReader *r, Err *err)
     return true;
 }
 
+static bool check_extensions(const GltfReader *r, Err *err)
+{
+    json_t *required;
+    size_t i;
+    json_array_foreach(items(r, "extensionsRequired"), i, required)
+    {
+        const char *name = json_string_value(required);
+        bool known = name && (strcmp(name, "KHR_mesh_quantization") == 0 || strcmp(name, "EXT_meshopt_compression") == 0);
+        if (!known) return refuse(r, "it needs an extension, such as another compression, that is not read; write it plain", err);
+    }
+    return true;
+}
+
 static bool find_frames(GltfReader *r, Err *err)
 {
-    json_t *required = items(r, "extensionsRequired");
-    if (json_array_size(required))
-        return refuse(r, "it needs an extension, such as compression, that is not read; write it plain", err);
     int nnode = (int)json_array_size(items(r, "nodes"));
+    if (!check_extensions(r, err)) return false;
+    r->place = NEW(GltfPlace, nnode);
+    if (!gltf_json_places(&r->json, r->place))
+        return refuse(r, "its nodes have places or parents of their own; only what twinmesh writes is read", err);
     NodeChannels *of = NEW(NodeChannels, nnode);
     bool good =
         note_channels(r, nnode, of, err) && add_nodes(r, nnode, of, err) && number_keys(r, err) && keep_frames(r, err);
@@ -361,6 +375,22 @@ static bool is_finite(const float *v, int n)
     return true;
 }
 
+/* From the numbers of its node to the world. */
+static void place_mesh(const GltfPlace *place, TriMesh *m)
+{
+    if (place->scale == 1 && place->at[0] == 0 && place->at[1] == 0 && place->at[2] == 0) return;
+    for (size_t i = 0; i < 3 * (size_t)m->nvert; i++) m->pos[i] = (float)(place->scale * (double)m->pos[i] + place->at[i % 3]);
+}
+
+/* Of sums of whole numbers. */
+static void normalise(float *normal, int n)
+{
+    for (float *end = normal + 3 * (size_t)n; normal != end; normal += 3) {
+        double x = (double)normal[0], y = (double)normal[1], z = (double)normal[2], length = sqrt(x * x + y * y + z * z);
+        for (int k = 0; k < 3 && length > 0; k++) normal[k] = (float)((double)normal[k] / length);
+    }
+}
+
 static bool read_columns(GltfReader *r, const Key *key, json_t *primitive, TriMesh *m, Err *err)
 {
     json_t *attributes = json_object_get(primitive, "attributes"), *targets = json_object_get(primitive, "targets");
@@ -374,8 +404,10 @@ static bool read_columns(GltfReader *r, const Key *key, json_t *primitive, TriMe
         good = find_column(r, attributes, "NORMAL", 3, m->nvert, &rows, err) &&
                gltf_rows_floats(&r->bytes, &rows, 0, m->nvert, m->normal, err) &&
                add_targets(r, targets, "NORMAL", weight, m->nvert, m->normal, err);
-    else if (good) memset(m->normal, 0, 3 * (size_t)m->nvert * sizeof *m->normal);
+    if (good && has_normals && rows.component != GLTF_READ_F32) normalise(m->normal, m->nvert);
+    if (good && !has_normals) memset(m->normal, 0, 3 * (size_t)m->nvert * sizeof *m->normal);
     mem_free(weight);
+    if (good) place_mesh(&r->place[key->node], m);
     if (good && !(is_finite(m->pos, m->nvert) && is_finite(m->normal, m->nvert)))
         good = refuse(r, "it has a value that is not finite; it is damaged", err);
     return good;
@@ -421,6 +453,7 @@ void gltf_reader_close(GltfReader *r)
     if (!r) return;
     gltf_bytes_free(&r->bytes);
     json_decref(r->json.root);
+    mem_free(r->place);
     mem_free(r->key);
     mem_free(r->path);
     mem_free(r);

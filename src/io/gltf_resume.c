@@ -24,13 +24,19 @@ static bool is_view(const GltfDoc *d, const GltfView *v)
 
 static bool is_run(const GltfDoc *d, const GltfRun *r)
 {
-    if (!is_row(r->index, d->naccessor) || !is_row(r->id, d->naccessor)) return false;
+    if (!is_row(r->index, d->naccessor) || !is_row(r->id, d->naccessor) || r->uv != NONE) return false;
     return r->attr >= 0 && r->nattr >= 0 && r->attr <= d->nattr && r->nattr <= d->nattr - r->attr;
+}
+
+static bool is_grid(const GltfGrid *grid)
+{
+    return grid->exponent >= GLTF_EXPONENT_LEAST && grid->exponent <= GLTF_EXPONENT_MOST;
 }
 
 static bool is_piece(const GltfDoc *d, const GltfPiece *p)
 {
     int n = d->naccessor;
+    if (d->compress && !is_row(p->grid, d->ngrid)) return false;
     if (!is_row(p->run, d->nrun) || !is_row(p->position, n) || !is_row(p->normal, n)) return false;
     if (p->velocity != NONE && !is_row(p->velocity, n)) return false;
     if (!is_row(p->ntarget, GLTF_TARGETS + 1)) return false;
@@ -45,6 +51,7 @@ static bool is_sound(const Gltf *g)
     for (int i = 0; i < d->naccessor; i++) sound = sound && is_row(d->accessor[i].view, d->nview);
     for (int i = 0; i < d->nattr; i++) sound = sound && d->attr[i].name && is_row(d->attr[i].accessor, d->naccessor);
     for (int i = 0; i < d->nrun; i++) sound = sound && is_run(d, &d->run[i]);
+    for (int i = 0; i < d->ngrid; i++) sound = sound && is_grid(&d->grid[i]);
     for (int i = 0; i < d->npiece; i++) sound = sound && is_piece(d, &d->piece[i]);
     return sound;
 }
@@ -58,8 +65,10 @@ static void store_tables(GltfDoc *d, Store *s)
     TABLE(view, nview, cap_view);
     TABLE(accessor, naccessor, cap_accessor);
     TABLE(run, nrun, cap_run);
+    TABLE(grid, ngrid, cap_grid);
     TABLE(piece, npiece, cap_piece);
 #undef TABLE
+    STORE(s, d->raw_bytes);
     STORE(s, d->nattr);
     if (s->reading) {
         store_expect(s, d->nattr >= 0 && (size_t)d->nattr <= s->n - s->at);

@@ -50,7 +50,20 @@ static void put_buffers(Sink *s, const Gltf *g, bool one)
         put_uri(s, g->part[p].path);
         put(s, "\"}");
     }
+    if (d->raw_bytes)
+        put(s, ",{\"byteLength\":%llu,\"extensions\":{\"EXT_meshopt_compression\":{\"fallback\":true}}}",
+            (unsigned long long)d->raw_bytes);
     put(s, "],");
+}
+
+/* Of a packed view: the bytes that there are; the view itself is told as if it were unpacked. */
+static void put_packing(Sink *s, const GltfView *v, int buffer, uint64_t offset)
+{
+    put(s,
+        ",\"extensions\":{\"EXT_meshopt_compression\":{\"buffer\":%d,\"byteOffset\":%llu,\"byteLength\":%llu,"
+        "\"byteStride\":%d,\"count\":%lld,\"mode\":\"%s\"}}",
+        buffer, (unsigned long long)offset, (unsigned long long)v->bytes, v->packed, (long long)v->count,
+        v->target == GLTF_INDEX ? "INDICES" : "ATTRIBUTES");
 }
 
 static void put_views(Sink *s, const GltfDoc *d, bool one)
@@ -62,10 +75,13 @@ static void put_views(Sink *s, const GltfDoc *d, bool one)
     for (int i = 0; i < d->nview; i++) {
         const GltfView *v = &d->view[i];
         for (; one && part < v->part; part++) start += d->part_bytes[part];
-        put(s, "%s{\"buffer\":%d,\"byteOffset\":%llu,\"byteLength\":%llu", comma(i), one ? 0 : v->part,
-            (unsigned long long)(start + v->offset), (unsigned long long)v->bytes);
+        int buffer = one ? 0 : v->part, placeholder = one ? 1 : d->npart;
+        uint64_t offset = start + v->offset, unpacked = (uint64_t)v->packed * (uint64_t)v->count;
+        put(s, "%s{\"buffer\":%d,\"byteOffset\":%llu,\"byteLength\":%llu", comma(i), v->packed ? placeholder : buffer,
+            (unsigned long long)(v->packed ? v->raw : offset), (unsigned long long)(v->packed ? unpacked : v->bytes));
         if (v->stride) put(s, ",\"byteStride\":%d", v->stride);
         if (v->target) put(s, ",\"target\":%d", v->target);
+        if (v->packed) put_packing(s, v, buffer, offset);
         put(s, "}");
     }
     put(s, "],");
@@ -88,8 +104,9 @@ static void put_accessors(Sink *s, const GltfDoc *d)
         const GltfAccessor *a = &d->accessor[i];
         put(s, "%s{\"bufferView\":%d,\"byteOffset\":%llu,\"componentType\":%d,\"count\":%lld,\"type\":\"%s\"", comma(i), a->view,
             (unsigned long long)a->offset, a->component, (long long)a->count, type[a->width]);
-        if (a->has_range) put_range(s, "min", a->width, a->lo);
-        if (a->has_range) put_range(s, "max", a->width, a->hi);
+        if (a->component == GLTF_I8) put(s, ",\"normalized\":true");
+        if (a->range.known) put_range(s, "min", a->width, a->range.lo);
+        if (a->range.known) put_range(s, "max", a->width, a->range.hi);
         put(s, "}");
     }
     put(s, "],");
@@ -101,6 +118,7 @@ static void put_mesh(Sink *s, const GltfDoc *d, const GltfPiece *p)
 {
     const GltfRun *run = &d->run[p->run];
     put(s, "{\"primitives\":[{\"attributes\":{\"POSITION\":%d,\"NORMAL\":%d,\"_ID\":%d", p->position, p->normal, run->id);
+    if (run->uv != NONE) put(s, ",\"TEXCOORD_0\":%d", run->uv);
     if (p->velocity != NONE) put(s, ",\"_VELOCITY\":%d", p->velocity);
     for (int a = run->attr; a < run->attr + run->nattr; a++) put(s, ",\"%s\":%d", d->attr[a].name, d->attr[a].accessor);
     put(s, "},\"indices\":%d,\"mode\":4", run->index);
@@ -110,6 +128,31 @@ static void put_mesh(Sink *s, const GltfDoc *d, const GltfPiece *p)
 }
 
 /* Only the first piece is visible to a viewer that plays no animation. */
+static void put_pieces(Sink *s, const GltfDoc *d)
+{
+    for (int i = 0, within = 0; i < d->npiece; i++) {
+        int run = d->piece[i].run;
+        within = i && d->piece[i - 1].run == run ? within + 1 : 0;
+        put(s, "%s{\"mesh\":%d,\"name\":\"%s_%d", comma(i), i, d->name, run);
+        if (within) put(s, "_%d", within);
+        put(s, i ? "\",\"scale\":[0,0,0]}" : "\"}");
+    }
+}
+
+/* Behind the pieces: the nodes that make places of their whole numbers, each with its pieces as children. */
+static void put_grids(Sink *s, const GltfDoc *d)
+{
+    for (int k = 0, i = 0; k < d->ngrid; k++) {
+        const GltfGrid *grid = &d->grid[k];
+        double step = gltf_grid_step(grid);
+        put(s, ",{\"name\":\"%s_grid_%d\",\"scale\":[%.17g,%.17g,%.17g],\"translation\":[%.17g,%.17g,%.17g]", d->name, k, step,
+            step, step, step * grid->origin[0], step * grid->origin[1], step * grid->origin[2]);
+        int n = 0; /* it may have lost its only piece */
+        for (; i < d->npiece && d->piece[i].grid == k; i++) put(s, "%s%d", n++ ? "," : ",\"children\":[", i);
+        put(s, n ? "]}" : "}");
+    }
+}
+
 static void put_nodes(Sink *s, const GltfDoc *d)
 {
     put(s, "\"meshes\":[");
@@ -118,21 +161,17 @@ static void put_nodes(Sink *s, const GltfDoc *d)
         put_mesh(s, d, &d->piece[i]);
     }
     put(s, "],\"nodes\":[");
-    for (int i = 0, within = 0; i < d->npiece; i++) {
-        int run = d->piece[i].run;
-        within = i && d->piece[i - 1].run == run ? within + 1 : 0;
-        put(s, "%s{\"mesh\":%d,\"name\":\"%s_%d", comma(i), i, d->name, run);
-        if (within) put(s, "_%d", within);
-        put(s, i ? "\",\"scale\":[0,0,0]}" : "\"}");
-    }
+    put_pieces(s, d);
+    put_grids(s, d);
     put(s, "],");
 }
 
 static void put_scene(Sink *s, const GltfDoc *d)
 {
+    int first = d->ngrid ? d->npiece : 0, n = d->ngrid ? d->ngrid : d->npiece;
     put(s, "\"scene\":0,\"scenes\":[{\"name\":\"%s\"", d->name);
-    for (int i = 0; i < d->npiece; i++) put(s, "%s%d", i ? "," : ",\"nodes\":[", i);
-    put(s, d->npiece ? "]}]" : "}]");
+    for (int i = 0; i < n; i++) put(s, "%s%d", i ? "," : ",\"nodes\":[", first + i);
+    put(s, n ? "]}]" : "}]");
 }
 
 /* --- the animation ------------------------------------------------------------------------------------ */
@@ -174,10 +213,19 @@ static void put_animation(Sink *s, const GltfDoc *d)
 
 /* ------------------------------------------------------------------------------------------------------ */
 
+static void put_extensions(Sink *s, const GltfDoc *d)
+{
+    const char *packing = d->raw_bytes ? ",\"EXT_meshopt_compression\"" : "";
+    if (!d->ngrid) return;
+    put(s, "\"extensionsRequired\":[\"KHR_mesh_quantization\"%s],", packing);
+    put(s, "\"extensionsUsed\":[\"KHR_mesh_quantization\"%s],", packing);
+}
+
 static void put_all(Sink *s, const Gltf *g, bool one)
 {
     const GltfDoc *d = &g->doc;
     put(s, "{\"asset\":{\"generator\":\"twinmesh\",\"version\":\"2.0\"},");
+    put_extensions(s, d);
     put_buffers(s, g, one);
     put_views(s, d, one);
     put_accessors(s, d);

@@ -95,10 +95,8 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 }
 
 @test "what is not in this version says so" {
-    for option in "--format=vat" --interpolation; do
-        mesh balls.0001.npy $option
-        expect 2 "not in this version"
-    done
+    mesh balls.0001.npy --interpolation
+    expect 2 "not in this version"
 }
 
 @test "the papers' topology follows balls that merge" {
@@ -106,6 +104,37 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
     expect 0
     [ "$(ls out.geometric.*.ply | wc -l)" -eq 6 ]
     ! grep -q '"wrong_components":[1-9]' out.report.jsonl
+}
+
+@test "compressed glTF: smaller, the same surface, the same bytes from any number of threads" {
+    mesh 'balls.####.npy' --frames 1-6 --format ply,glb
+    expect 0
+    for how in quantize meshopt; do
+        run --separate-stderr "$twinmesh" mesh 'balls.####.npy' --frames 1-6 --inside below --format glb,gltf -o $how --compress $how --threads 1
+        expect 0
+        grep -q "\"compress\":\"$how\"" $how.report.jsonl
+        for kind in mechanical geometric; do
+            "$twinmesh" diff $how.$kind.glb out --kind $kind --tolerance 0.001 --normals 1 --quiet
+            "$twinmesh" diff $how.$kind.glb $how.$kind.gltf --quiet
+        done
+        "$twinmesh" info $how.geometric.glb | grep -q 'to: 21.97'
+    done
+    [ "$(stat -c %s quantize.geometric.glb)" -lt $(($(stat -c %s out.geometric.glb) * 7 / 10)) ]
+    [ "$(stat -c %s meshopt.geometric.glb)" -lt $(($(stat -c %s quantize.geometric.glb) * 7 / 10)) ]
+    "$twinmesh" mesh 'balls.####.npy' --frames 1-6 --inside below --format glb -o again --compress meshopt --threads 4 --quiet
+    cmp again.geometric.glb meshopt.geometric.glb
+}
+
+@test "vertex animation textures: a table, and three files a run" {
+    mesh 'balls.####.npy' --frames 1-6 --format vat --print
+    expect 0
+    [ "$output" = $'out.mechanical.vat.json\nout.geometric.vat.json' ]
+    for kind in mechanical geometric; do
+        [ "$(jq '[.runs[].frames] | add' out.$kind.vat.json)" -eq 6 ]
+        for file in $(jq -r '.runs[] | .base, .position, .normal' out.$kind.vat.json); do [ -s "$file" ]; done
+        [ "$(ls out.$kind.*.exr | wc -l)" -eq $(($(jq '.runs | length' out.$kind.vat.json) * 2)) ]
+    done
+    [ -z "$(find . -name '*.part')" ]
 }
 
 @test "option syntax: =, joined, --, after operands" {

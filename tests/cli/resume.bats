@@ -10,7 +10,7 @@ setup() {
     mkdir whole cut
 }
 
-balls=(--iso 0 --inside below --format ply,glb,gltf --rest --surface-velocity)
+balls=(--iso 0 --inside below --format ply,glb,gltf,vat --rest --surface-velocity)
 mesh() { run --separate-stderr "$twinmesh" mesh --threads 2 "${balls[@]}" "$@"; }
 
 expect() { # status, words on standard error...
@@ -43,7 +43,7 @@ stop_at_third() {
 }
 
 @test "killed again and again" {
-    run "$BATS_TEST_DIRNAME/../kill.sh" "$twinmesh" 5 "$samples/balls/balls.####.npy" "${balls[@]}"
+    run "$BATS_TEST_DIRNAME/../kill.sh" "$twinmesh" 5 "$samples/balls/balls.####.npy" "${balls[@]}" --compress meshopt
     [ "$status" -eq 0 ] || { echo "$output"; return 1; }
 }
 
@@ -73,6 +73,8 @@ stop_at_third() {
     before=$(hashes cut)
     mesh 'balls.####.npy' --frames 1-6 -o cut/out --resume --edge 2v
     expect 2 "--edge was 1.5v" "2v now" "without --resume"
+    mesh 'balls.####.npy' --frames 1-6 -o cut/out --resume --compress meshopt
+    expect 2 "--compress was none" "meshopt now"
     mesh 'balls.####.npy' --frames 1-5 -o cut/out --resume
     expect 2 "--frames was 1-6"
     cp balls.0002.npy safe

@@ -73,6 +73,18 @@ static void write_volume_seeds(const std::string &root, const std::string &to)
     fs::remove_all(scratch);
 }
 
+/* Three frames, quantized and packed. */
+static void write_packed_seed(const std::string &path, const TriMesh &m)
+{
+    Err err = {};
+    GltfOptions options = {path.c_str(), 24, "geometric", false, GLTF_MESHOPT, nullptr};
+    Gltf *g = gltf_open(&options, &err);
+    for (int k = 0; k < 3; k++)
+        if (!gltf_add_frame(g, &m, nullptr, nullptr, 1, &err)) throw std::runtime_error(err.text);
+    if (!gltf_close(g, &err)) throw std::runtime_error(err.text);
+    save(path, marked(1, load_bytes(path)));
+}
+
 static void write_mesh_seeds(const std::string &to)
 {
     TriMesh m;
@@ -82,6 +94,7 @@ static void write_mesh_seeds(const std::string &to)
     for (int i = 0; i < 12; i++) m.pos[i] = m.normal[i] = m.velocity[i] = float(i % 4 == 0), m.tri[i] = tri[i];
     for (int i = 0; i < 4; i++) m.id[i] = m.parent[i] = i;
     if (!ply_write((to + "mesh.ply").c_str(), &m, &err)) throw std::runtime_error(err.text);
+    write_packed_seed(to + "packed.glb", m);
     trimesh_free(&m);
     save(to + "mesh.ply", marked(0, load_bytes(to + "mesh.ply")));
 
@@ -153,7 +166,7 @@ static void write_state_seeds(const std::string &to)
     save_store(to + "mesh", 1, &s);
 
     const std::string path = to + "seed.glb";
-    GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+    GltfOptions options = {path.c_str(), 24, "geometric", false, GLTF_MESHOPT, nullptr};
     Gltf *g = gltf_open(&options, &err);
     for (int k = 0; k < 3; k++)
         if (!gltf_add_frame(g, &m, nullptr, nullptr, 1, &err)) throw std::runtime_error(err.text);

@@ -22,6 +22,10 @@ if [ $# -eq 0 ]; then
     "$twinmesh" mesh 'data-samples/balls/balls.####.npy' --frames 1-6 --inside below -o "$out/step" --format glb \
         --gltf-interpolation step --quiet
     "$twinmesh" mesh data-samples/balls/balls.0001.npy --inside below -o "$out/single" --format glb --quiet
+    for compress in quantize meshopt; do
+        "$twinmesh" mesh 'data-samples/balls/balls.####.npy' --frames 1-6 --inside below -o "$out/$compress" --format glb,gltf,vat \
+            --compress $compress --quiet
+    done
     set -- "$out"/*.glb "$out"/*.gltf
 fi
 node "$tool/validate.mjs" "$@"

@@ -109,6 +109,8 @@ struct Limits {
 static int warnings;
 static void count_warning(const char *) { warnings++; }
 
+static GltfCompress compress; /* of what is started */
+
 static Gltf *start(const std::string &path, double fps, bool step, Err *err)
 {
     GltfOptions options = {};
@@ -116,6 +118,7 @@ static Gltf *start(const std::string &path, double fps, bool step, Err *err)
     options.fps = fps;
     options.name = "geometric";
     options.step = step;
+    options.compress = compress;
     options.warn = count_warning;
     return gltf_open(&options, err);
 }
@@ -684,7 +687,7 @@ static Store leave_after(const std::string &path, const Script &script, size_t f
     return s;
 }
 
-static void one_left_is_gone_on_with(void **)
+static void leave_and_go_on()
 {
     const Script script = repeat(5, 3) + repeat(4, 11) + Script{-1, 0, 4} + repeat(6, 2);
     for (const char *name : {"/a.glb", "/a.gltf"}) {
@@ -696,7 +699,7 @@ static void one_left_is_gone_on_with(void **)
             if (script[k - 1] < 0) continue;
             Store w = leave_after(path, script, k), r = store_reading(w.data, w.n);
             Err err = {};
-            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, compress, nullptr};
             Gltf *g = gltf_reopen(&options, &r, &err);
             assert_non_null(g);
             assert_true(r.at == r.n);
@@ -710,8 +713,14 @@ static void one_left_is_gone_on_with(void **)
     }
 }
 
+static void one_left_is_gone_on_with(void **)
+{
+    for (GltfCompress how : {GLTF_PLAIN, GLTF_QUANTIZE, GLTF_MESHOPT}) compress = how, leave_and_go_on();
+    compress = GLTF_PLAIN;
+}
+
 /* No byte of the store makes it crash, whether it notices or not. */
-static void damage_in_a_store_does_no_harm(void **)
+static void damage_store()
 {
     const std::string path = folder + "/a.glb";
     Store w = leave_after(path, repeat(3, 2) + repeat(4, 2), 3);
@@ -721,7 +730,7 @@ static void damage_in_a_store_does_no_harm(void **)
             w.data[i] ^= flip;
             Store r = store_reading(w.data, w.n);
             Err err = {};
-            GltfOptions options = {path.c_str(), 24, "geometric", false, nullptr};
+            GltfOptions options = {path.c_str(), 24, "geometric", false, compress, nullptr};
             Gltf *g = gltf_reopen(&options, &r, &err);
             assert_true(g || r.bad || err.code == ERR_INPUT);
             refused += !g;
@@ -730,6 +739,12 @@ static void damage_in_a_store_does_no_harm(void **)
         }
     assert_true(refused > 100);
     store_free(&w);
+}
+
+static void damage_in_a_store_does_no_harm(void **)
+{
+    for (GltfCompress how : {GLTF_PLAIN, GLTF_MESHOPT}) compress = how, damage_store();
+    compress = GLTF_PLAIN;
 }
 
 static void runs_are_counted(void **)
