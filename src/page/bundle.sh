@@ -26,6 +26,14 @@ fi
 cp "$here/viewer.js" "$tool/source.js" # modules are looked for beside the script
 "$tool/node_modules/.bin/esbuild" "$tool/source.js" --bundle --minify --format=iife --target=es2022 --legal-comments=inline \
     --charset=ascii --log-level=warning --outfile="$out.part"
-{ printf '/*! three.js\n\n'; cat "$tool/node_modules/three/LICENSE"; printf '*/\n'; cat "$out.part"; } >"$out.whole"
+three=$tool/node_modules/three
+{
+    printf '/*! three.js\n\n'
+    cat "$three/LICENSE"
+    printf '\nWith the decoder of packed meshes, under the same licence:\n'
+    sed -n '1,2s,^// ,,p' "$three/examples/jsm/libs/meshopt_decoder.module.js"
+    printf '*/\n'
+    cat "$out.part"
+} >"$out.whole"
 mv "$out.whole" "$out"
 rm "$out.part"

@@ -5,6 +5,7 @@ import {
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 
 const surfaceColors = { mechanical: 0xe0a063, geometric: 0x7fb2e0 };
 
@@ -89,9 +90,11 @@ class Pane {
       byName.get(track.name.slice(0, dot))?.setTrack(track.name.slice(dot + 1), track);
     }
     this.pieces = [...byName.values()];
+    gltf.scene.updateMatrixWorld(true); // places may be whole numbers on a grid that a parent spans
     for (const { mesh } of this.pieces) {
       mesh.material = surface;
-      this.bounds.union(new Box3().setFromBufferAttribute(mesh.geometry.attributes.position)); // its own box holds targets, by far
+      const places = new Box3().setFromBufferAttribute(mesh.geometry.attributes.position); // its own box holds targets, by far
+      this.bounds.union(places.applyMatrix4(mesh.matrixWorld));
     }
     this.scene.add(gltf.scene, this.marks, new HemisphereLight(0xffffff, 0x59544e, 1.3), light);
   }
@@ -114,7 +117,7 @@ class Viewer {
   }
 
   async add(kind, bytes) {
-    const gltf = await new GLTFLoader().parseAsync(bytes, '');
+    const gltf = await new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).parseAsync(bytes, '');
     const light = new DirectionalLight(0xffffff, 2.1);
     this.panes.push(new Pane(kind, gltf, light));
     this.kinds.push(kind);

@@ -24,6 +24,8 @@ cd "$out"
 "$twinmesh" mesh "$top/data-samples/balls/balls.####.npy" --inside below --up y --scale 2 -o balls --format glb,ply --quiet
 "$twinmesh" report balls
 "$twinmesh" report balls --link -o linked.html
+"$twinmesh" mesh "$top/data-samples/balls/balls.####.npy" --inside below -o packed --format glb --compress meshopt --quiet
+"$twinmesh" report packed
 for name in balls.events balls.timings balls.mechanical balls.geometric; do for file in "$name".{jsonl,glb}; do
     [ -f "$file" ] && ln "$file" "cut${file#balls}"
 done; done
