@@ -178,9 +178,11 @@ static void expect_fan(const Decoded *d, int block, int frame)
 
 static void expect_script(const Script *s, const char *prefix)
 {
-    json_t *root = json_load_file(vat_path(prefix), 0, NULL), *runs = json_object_get(root, "runs"), *run;
+    char *path = vat_path(prefix);
+    json_t *root = json_load_file(path, 0, NULL), *runs = json_object_get(root, "runs"), *run;
     size_t i;
     int frame = 0;
+    mem_free(path);
     assert_non_null(root);
     json_array_foreach(runs, i, run)
     {
