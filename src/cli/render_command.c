@@ -53,7 +53,7 @@ static bool parse_camera(const char *text, Vec3 *eye, Vec3 *target, Err *err)
     int n = 0;
     for (char *end; n < 6; n++, at = end + (*end == ',')) {
         x[n] = strtod(at, &end);
-        if (end == at || !isfinite(x[n]) || *end != (n < 5 ? ',' : 0)) break;
+        if (end == at || !(fabs(x[n]) <= RENDER_REACH) || *end != (n < 5 ? ',' : 0)) break;
     }
     *eye = vec3(x[0], x[1], x[2]);
     *target = vec3(x[3], x[4], x[5]);

@@ -1,6 +1,7 @@
 #include "cli/render_source.h"
 
 #include "io/ply.h"
+#include "render/render.h"
 
 #include <string.h>
 #include <strings.h>
@@ -41,6 +42,21 @@ static SequenceStep await(RenderSource *s, int i, Err *err)
     return step == SEQUENCE_ERROR ? step : i < s->n ? SEQUENCE_FRAME : SEQUENCE_END;
 }
 
+/* --- meshes -------------------------------------------------------------------------------------------- */
+
+static bool check_reach(const TriMesh *m, const char *path, Err *err)
+{
+    return render_can_reach(m) ||
+           fail(err, ERR_INPUT, "%.400s: has a vertex farther than %g from the origin, which cannot be pictured; scale or write it again", path, RENDER_REACH);
+}
+
+static bool read_file(const char *path, TriMesh *out, Err *err) { return ply_read(path, out, err) && check_reach(out, path, err); }
+
+static bool read_stored(MeshSequence *meshes, int i, TriMesh *out, Err *err)
+{
+    return mesh_sequence_read(meshes, i, out, err) && check_reach(out, mesh_sequence_path(meshes, i), err);
+}
+
 /* The mechanical mesh that mesh wrote before this geometric one. */
 static bool read_twin_file(const char *path, TriMesh *out, Err *err)
 {
@@ -49,7 +65,7 @@ static bool read_twin_file(const char *path, TriMesh *out, Err *err)
     size_t size = strlen(path) + 8;
     char *twin = NEW(char, size);
     snprintf(twin, size, "%.*s.mechanical.%s", (int)(kind - path), path, kind + strlen(".geometric."));
-    bool ok = ply_read(twin, out, err);
+    bool ok = read_file(twin, out, err);
     mem_free(twin);
     return ok;
 }
@@ -149,7 +165,7 @@ static bool hold(RenderSource *s, int i, Err *err)
     if (s->held[slot] == i) return true;
     trimesh_free(&s->mesh[slot]);
     s->held[slot] = NONE;
-    bool ok = s->meshes ? mesh_sequence_read(s->meshes, i, &s->mesh[slot], err) : ply_read(s->path[i], &s->mesh[slot], err);
+    bool ok = s->meshes ? read_stored(s->meshes, i, &s->mesh[slot], err) : read_file(s->path[i], &s->mesh[slot], err);
     if (ok) s->held[slot] = i;
     return ok;
 }
@@ -160,7 +176,7 @@ static bool read_twin(RenderSource *s, int i, Err *err)
     if (!s->meshes) return read_twin_file(s->path[i], &s->twin, err);
     int twin = mesh_sequence_find(s->mechanical, s->number[i]);
     if (twin == NONE) return fail(err, ERR_INPUT, "frame %lld has no mechanical mesh", (long long)s->number[i]);
-    return mesh_sequence_read(s->mechanical, twin, &s->twin, err);
+    return read_stored(s->mechanical, twin, &s->twin, err);
 }
 
 static SequenceStep find_frame(RenderSource *s, Err *err)

@@ -1,6 +1,7 @@
 #include "base/hash.h"
 #include "render/render_priv.h"
 
+#include <math.h>
 #include <string.h>
 
 /* --- normals, objects ------------------------------------------------------------------------------------ */
@@ -96,6 +97,13 @@ RestColumns surface_rest(const TriMesh *m)
     RestColumns r = {{column_named(m, "rest_x"), column_named(m, "rest_y"), column_named(m, "rest_z")}, column_named(m, "rest_frame")};
     if (!r.place[1] || !r.place[2]) r.place[0] = NULL;
     return r;
+}
+
+bool render_can_reach(const TriMesh *m)
+{
+    for (size_t i = 0; i < 3 * (size_t)m->nvert; i++)
+        if (!(fabs((double)m->pos[i]) <= RENDER_REACH)) return false;
+    return true;
 }
 
 bool render_has_rest(const TriMesh *m) { return surface_rest(m).place[0] != NULL; }

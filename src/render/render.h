@@ -30,6 +30,8 @@ typedef struct RenderFrame {
     RenderOther before, after; /* for LAYER_MOTION */
 } RenderFrame;
 
+#define RENDER_REACH 1e12 /* world units; Embree takes rays from 1e18, and an eye may be farther away than what it sees is large */
+
 typedef struct Renderer Renderer;
 /* Any number of frames, one at a time. NULL with a sentence, ERR_RESOURCE. */
 Renderer *renderer_open(Err *err);
@@ -37,6 +39,8 @@ void renderer_close(Renderer *r); /* NULL is allowed */
 
 /* Whether the mesh has what the layer or the wire is made of. */
 bool render_has_rest(const TriMesh *m);
+/* Whether all of it lies within RENDER_REACH of the origin, along each axis: a precondition of render_frame, for the eye too. */
+bool render_can_reach(const TriMesh *m);
 /* Fills the planes that the picture has; it is as picture_init left it, of the camera's size. A mesh that lacks parents or rest
  * positions has no wire of parents, and zeros. */
 bool render_frame(Renderer *r, const RenderLook *look, const RenderFrame *frame, Picture *picture, Err *err);

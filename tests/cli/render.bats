@@ -135,6 +135,12 @@ channels() { exrinfo "$1" | sed -nE "s/^ +'([^']+)': (uint|half|float) .*/\1 \2/
     expect 3 "PLY files"
     render balls.geometric.glb -o p.####.exr --layers rest
     expect 3 "--rest"
+    render balls -o p.####.exr --camera 1e30,2,3,4,5,6
+    expect 2 "--camera"
+    printf '%s\n' ply 'format ascii 1.0' 'element vertex 3' 'property float x' 'property float y' 'property float z' 'element face 1' \
+        'property list uchar int vertex_indices' end_header '0 0 0' '1 0 0' '0 1e20 0' '3 0 1 2' >balls.far.ply
+    render balls.far.ply -o p.exr
+    expect 3 "balls.far.ply" "farther than 1e+12"
     render balls -o no/such/p.####.exr --frames 1
     expect 4 "folder"
     [ -z "$(ls | grep -v '^balls')" ]
