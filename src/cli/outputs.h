@@ -2,8 +2,8 @@
  *
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
  * bears its final name before it is whole: PLYs after their frame, textures after their run of frames, the others, which grow
- * as PATH.part, when all ends, early or not. After each frame what was written is synced and PREFIX.state replaced (state.h), so that a run killed at any
- * instant can be gone on with: the parts are cut off to the lengths the state holds. */
+ * as PATH.part, when all ends, early or not. After each frame what was written is synced and PREFIX.state replaced (state.h),
+ * so that a run killed at any instant can be gone on with: the parts are cut off to the lengths the state holds. */
 #pragma once
 #include "cli/pictures.h"
 #include "io/file.h"

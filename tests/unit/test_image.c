@@ -3,12 +3,12 @@
 
 #include "base/thread.h"
 
-#include <OpenEXR/openexr.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <string.h>
 #include <cmocka.h>
 
+#include "read_image.h"
 #include "temp_dir.h"
 
 /* More than the rows that are packed at a time; the last block is not full. */
@@ -43,42 +43,6 @@ static bool put(const char *path, int rows_at_a_time, const void *const *plane, 
     return f && image_close(f, err);
 }
 
-/* Each channel in full, 4 bytes a sample, in the order of `channel`. */
-static void get(const char *path, void *const *plane)
-{
-    exr_context_t c;
-    exr_attr_box2i_t box;
-    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    assert_int_equal(exr_start_read(&c, path, &how), EXR_ERR_SUCCESS);
-    assert_int_equal(exr_get_data_window(c, 0, &box), EXR_ERR_SUCCESS);
-    assert_int_equal(box.max.x, WIDTH - 1);
-    assert_int_equal(box.max.y, HEIGHT - 1);
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
-    for (int row = 0; row < HEIGHT; row += IMAGE_BLOCK) {
-        exr_chunk_info_t chunk;
-        assert_int_equal(exr_read_scanline_chunk_info(c, 0, row, &chunk), EXR_ERR_SUCCESS);
-        assert_int_equal(chunk.compression, EXR_COMPRESSION_ZIP);
-        if (row == 0) assert_int_equal(exr_decoding_initialize(c, 0, &chunk, &decode), EXR_ERR_SUCCESS);
-        else assert_int_equal(exr_decoding_update(c, 0, &chunk, &decode), EXR_ERR_SUCCESS);
-        assert_int_equal(decode.channel_count, CHANNELS);
-        for (int i = 0; i < CHANNELS; i++) {
-            exr_coding_channel_info_t *to = &decode.channels[i];
-            int which = 0;
-            while (strcmp(channel[which].name, to->channel_name) != 0) which++;
-            to->user_bytes_per_element = 4;
-            to->user_data_type = channel[which].type == IMAGE_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
-            to->user_pixel_stride = 4;
-            to->user_line_stride = 4 * WIDTH;
-            to->decode_to_ptr = (uint8_t *)plane[which] + 4 * row * WIDTH;
-            assert_int_equal(to->data_type == EXR_PIXEL_HALF, channel[which].type == IMAGE_HALF);
-        }
-        if (row == 0) assert_int_equal(exr_decoding_choose_default_routines(c, 0, &decode), EXR_ERR_SUCCESS);
-        assert_int_equal(exr_decoding_run(c, 0, &decode), EXR_ERR_SUCCESS);
-    }
-    exr_decoding_destroy(c, &decode);
-    exr_finish(&c);
-}
-
 static void comes_back(void **state)
 {
     (void)state;
@@ -88,7 +52,7 @@ static void comes_back(void **state)
     for (int i = 0; i < WIDTH * HEIGHT; i++) ((float *)in[3])[i] = (float)(i % 1000) / 8;
     for (int c = 0; c < CHANNELS; c++) out[c] = NEW0(float, WIDTH * HEIGHT);
     assert_true(put(temp_path("a.exr"), HEIGHT, (const void *const *)in, &err));
-    get(temp_path("a.exr"), out);
+    read_image(temp_path("a.exr"), WIDTH, HEIGHT, CHANNELS, channel, out);
     for (int c = 0; c < CHANNELS; c++) {
         assert_memory_equal(in[c], out[c], 4 * WIDTH * HEIGHT);
         mem_free(in[c]);

@@ -3,7 +3,6 @@
 #include "io/gltf_info.h"
 #include "io/vat_priv.h"
 
-#include <OpenEXR/openexr.h>
 #include <jansson.h>
 #include <math.h>
 #include <setjmp.h>
@@ -11,6 +10,7 @@
 #include <string.h>
 #include <cmocka.h>
 
+#include "read_image.h"
 #include "temp_dir.h"
 
 enum { SIDE = 16 }; /* of textures, so that small runs have several rows and are cut */
@@ -89,39 +89,11 @@ static void finish(Vat *v)
 /* --- what is read ----------------------------------------------------------------------------------- */
 
 /* plane[c][width * height] of R, G, B; to be freed. */
-static void read_image(const char *path, int width, int height, float *plane[3])
+static void read_texture(const char *path, int width, int height, float *plane[3])
 {
-    exr_context_t c;
-    exr_attr_box2i_t box;
-    exr_context_initializer_t how = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    assert_int_equal(exr_start_read(&c, path, &how), EXR_ERR_SUCCESS);
-    assert_int_equal(exr_get_data_window(c, 0, &box), EXR_ERR_SUCCESS);
-    assert_int_equal(box.max.x, width - 1);
-    assert_int_equal(box.max.y, height - 1);
+    static const ImageChannel rgb[3] = {{"R", IMAGE_FLOAT}, {"G", IMAGE_FLOAT}, {"B", IMAGE_FLOAT}};
     for (int k = 0; k < 3; k++) plane[k] = NEW(float, width * height);
-    for (int row = 0; row < height;) {
-        exr_chunk_info_t chunk;
-        exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
-        assert_int_equal(exr_read_scanline_chunk_info(c, 0, row, &chunk), EXR_ERR_SUCCESS);
-        assert_int_equal(exr_decoding_initialize(c, 0, &chunk, &decode), EXR_ERR_SUCCESS);
-        assert_int_equal(decode.channel_count, 3);
-        for (int i = 0; i < 3; i++) {
-            exr_coding_channel_info_t *to = &decode.channels[i];
-            assert_int_equal(to->data_type, EXR_PIXEL_FLOAT);
-            const char *at = strchr("RGB", to->channel_name[0]);
-            assert_non_null(at);
-            to->user_bytes_per_element = 4;
-            to->user_data_type = EXR_PIXEL_FLOAT;
-            to->user_pixel_stride = 4;
-            to->user_line_stride = 4 * width;
-            to->decode_to_ptr = (uint8_t *)(plane[at - "RGB"] + row * width);
-        }
-        assert_int_equal(exr_decoding_choose_default_routines(c, 0, &decode), EXR_ERR_SUCCESS);
-        assert_int_equal(exr_decoding_run(c, 0, &decode), EXR_ERR_SUCCESS);
-        assert_int_equal(exr_decoding_destroy(c, &decode), EXR_ERR_SUCCESS);
-        row += chunk.height;
-    }
-    exr_finish(&c);
+    read_image(path, width, height, 3, rgb, (void *const *)plane);
 }
 
 typedef struct Decoded {
@@ -140,8 +112,8 @@ static Decoded decode(json_t *run)
                  .blocks = whole(run, "frames") + json_is_true(json_object_get(run, "carried")), .nvert = whole(run, "vertices")};
     assert_int_equal(d.height, d.rows * d.blocks);
     assert_true(d.width <= SIDE && (d.width & (d.width - 1)) == 0 && d.width * d.rows >= d.nvert);
-    read_image(beside(run, "position"), d.width, d.height, d.texture[VAT_POSITION]);
-    read_image(beside(run, "normal"), d.width, d.height, d.texture[VAT_NORMAL]);
+    read_texture(beside(run, "position"), d.width, d.height, d.texture[VAT_POSITION]);
+    read_texture(beside(run, "normal"), d.width, d.height, d.texture[VAT_NORMAL]);
     GltfReader *r = gltf_reader_open(beside(run, "base"), &err);
     if (!r || !gltf_reader_mesh(r, 0, &d.base, &err)) fail_msg("%s", err.text);
     gltf_reader_close(r);
