@@ -1,41 +1,160 @@
 #!/usr/bin/env bash
-# Seconds a frame by stage, beside OpenVDB's volumeToMesh on the same frames in the same run. Prints, asserts nothing.
-#   tests/bench/bench.sh build/release [THREADS]     the samples, on all cores or on as many threads
-#   CACHE='PATTERN GRID ISO [OPTIONS]' tests/bench/bench.sh build/release     another cache
+# `twinmesh mesh` beside its peers on the same frames in the same run: the whole process by the clock, its stages, triangles, distances
+# from the surface, memory, and the floor: the time only to read the frames and write as many bytes. Prints tables with the bars that
+# are to be met, asserts nothing; all figures are in BUILD/bench.json.
+#   tests/bench/bench.sh BUILD [THREADS]     on all cores or on as many threads; and on one, for what a second brings
+# From the environment:
+#   CASES='splash96 sample-smoke'   of them all: sample-splash, sample-smoke, and {splash,sphere,still}N: generate.cpp's, N^3 voxels
+#   CACHE='PATTERN GRID ISO [OPTIONS]'   another cache instead, PATTERN as phi.####.vdb, with options of twinmesh mesh
+#   RUNS=5, BUDGET=60               so many runs, medians; but none begins in a case that would take more than so many seconds
+# The peers are told in peer.h; one that was not built is left out.
 set -eu
 cd "$(dirname "$0")/../.."
 build=$1
 threads=${2:-$(nproc)}
+runs=${RUNS:-5}
+budget=${BUDGET:-60}
+cases=${CASES:-sample-splash sample-smoke $(printf '%s ' {splash,sphere,still}{32,64,128,256,512})}
+[ -z "${CACHE:-}" ] || cases=cache
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
+raw=$scratch/raw.jsonl
 
-# Means over the frames of timings.jsonl: "stage seconds" a line. Each line is one flat object.
-stages() {
-    grep '"frame"' "$1" | tr -d '{}"' | tr ',' '\n' | awk -F: '
-        $1 != "frame" { if (!($1 in sum)) order[++n] = $1; sum[$1] += $2; count[$1]++ }
-        END { for (i = 1; i <= n; i++) printf "  %-24s %9.1f ms\n", order[i], 1000 * sum[order[i]] / count[order[i]] }'
+# --- the frames of a case -------------------------------------------------------------------------
+
+use_files() { # pattern, grid, iso, options of mesh...
+    files=(${1//\#\#\#\#/[0-9][0-9][0-9][0-9]}) grid=$2 iso=$3 velocity=-
+    shift 3
+    options=("$@")
+    [[ " $*" != *' --velocity '* ]] || velocity=$(sed 's/.*--velocity \([^ ]*\).*/\1/' <<<"$*")
+    middle=${files[${#files[@]} / 2]}
 }
 
-bench() { # title, pattern, grid, iso, options...
-    local title=$1 pattern=$2 grid=$3 iso=$4
-    shift 4
-    local files=(${pattern//\#\#\#\#/[0-9][0-9][0-9][0-9]})
-    echo "$title: ${#files[@]} frames, $threads threads, mean of a frame"
-    "$build/twinmesh" mesh "$pattern" -o "$scratch/bench" --grid "$grid" --iso "$iso" --threads "$threads" --quiet "$@"
-    stages "$scratch/bench.timings.jsonl"
-    "$build/tests/volume_to_mesh" "$grid" "$iso" "${files[@]}" | awk '
-        { read += $1; mesh += $2; triangles += $3 }
-        END { printf "  %-24s %9.1f ms\n  %-24s %9.1f ms   %.0f triangles\n", "OpenVDB reading", 1000 * read / NR,
-              "OpenVDB volumeToMesh", 1000 * mesh / NR, triangles / NR }'
-    echo
+find_frames() { # case
+    local n=${1##*[a-z]}
+    rm -rf "$scratch/frames"
+    mkdir "$scratch/frames"
+    case $1 in
+    cache) use_files $CACHE ;;
+    sample-splash) use_files 'data-samples/splash/fluid.####.vdb' phi 0 --velocity velocity ;;
+    sample-smoke) use_files 'data-samples/smoke/density.####.vdb' density 0.1 ;;
+    *)
+        "$build/tests/generate" "${1%"$n"}" "$n" $((n > 128 ? 4 : 8)) "$scratch/frames"
+        use_files "$scratch/frames/phi.####.vdb" phi 0
+        ;;
+    esac
 }
 
-if [ -n "${CACHE:-}" ]; then
-    read -r pattern grid iso options <<<"$CACHE"
-    bench "$pattern" "$pattern" "$grid" "$iso" $options
-else
-    bench splash 'data-samples/splash/fluid.####.vdb' phi 0 --velocity velocity
-    bench smoke 'data-samples/smoke/density.####.vdb' density 0.1
-    echo "skin: a ball in n^3 voxels, $threads threads"
-    "$build/tests/skin" "$threads"
-fi
+# --- one run of a program: a line in $raw ---------------------------------------------------------
+
+record() { # program, threads, JSON of its stages and triangles
+    tail -n 1 "$scratch/timed" | jq -c --arg case "$case" --arg program "$1" --argjson threads "$2" --argjson frames ${#files[@]} \
+        --argjson more "$3" '{$case, $program, $threads, $frames} + . + $more' >>"$raw"
+}
+
+run_ours() { # threads
+    local out=$scratch/ours
+    rm -f "$out".*
+    "$build/tests/timed" "$scratch/timed" "$build/twinmesh" mesh "${files[@]}" -o "$out" --format ply --grid "$grid" --iso "$iso" \
+        --threads "$1" --quiet "${options[@]}" 2>"$scratch/said" || { cat "$scratch/said" >&2; return 1; }
+    record twinmesh "$1" "$(jq -s '(.[1] | del(.frames)) as $stages | .[0] | {stages: $stages, triangles: .triangles_geometric,
+        mechanical: .triangles_mechanical}' <(tail -n 1 "$out.report.jsonl" | jq .totals) <(tail -n 1 "$out.timings.jsonl" | jq .totals))"
+}
+
+run_peer() { # what it is called here, program, parameter or nothing
+    [ -x "$build/tests/$2" ] || return 0
+    "$build/tests/timed" "$scratch/timed" "$build/tests/$2" "$threads" "$grid" "$iso" "$scratch/$1" ${3:+"$3"} "${files[@]}" >"$scratch/stages"
+    record "$1" "$threads" "$(jq -s '{triangles: map(.triangles) | add, adaptivity: $adaptivity, stages: map(del(.frame, .triangles) | to_entries[])
+        | group_by(.key) | map({key: .[0].key, value: map(.value) | add}) | from_entries}' --argjson adaptivity "$([ "$2" = volume_to_mesh ] && echo "$3" || echo null)" "$scratch/stages")"
+}
+
+run_floor() {
+    local written=("$scratch"/ours.*.ply)
+    "$build/tests/timed" "$scratch/timed" "$build/tests/floor" "$scratch/floor" "$(cat "${written[@]}" | wc -c)" ${#written[@]} "$grid" "$iso" "$velocity" "${files[@]}"
+    rm -f "$scratch"/floor.*
+    record floor 1 '{}'
+}
+
+run_others() {
+    [ "$threads" = 1 ] || run_ours 1
+    run_peer volume_to_mesh volume_to_mesh 0
+    run_peer volume_to_mesh_as_many volume_to_mesh "$as_many"
+    run_peer volume_to_mesh_as_near volume_to_mesh "$as_near"
+    run_peer flying_edges flying_edges
+    run_peer isotropic isotropic "$edge"
+    run_floor
+}
+
+# --- distances, on the middle frame ---------------------------------------------------------------
+
+distances() { # prefix: JSON of what twinmesh check measures; that the topology is not the surface's fails no benchmark
+    local name
+    name=$(basename "$middle" .vdb)
+    "$build/twinmesh" check "$middle" --meshes "$1.${name##*.}.ply" --grid "$grid" --iso "$iso" --threads "$threads" --json --quiet 2>"$scratch/said" |
+        jq -c 'select(.kind) | {topology_errors, self_intersections, min_angle_p5, edge_mean,
+            to_surface: {mean: .to_surface_mean, p95: .to_surface_p95, p99: .to_surface_p99},
+            from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}}'
+}
+p99() { distances "$1" | jq '[.to_surface.p99, .from_surface.p99] | max'; }
+less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a + 0 < b + 0) }'; }
+
+adaptive() { "$build/tests/volume_to_mesh" "$threads" "$grid" "$iso" "$scratch/trial" "$1" "$middle"; } # adaptivity
+has_as_many() { ! less "$(adaptive "$1" | jq .triangles)" "$our_triangles"; }
+is_as_near() { adaptive "$1" >"$scratch/stages" && ! less "$our_p99" "$(p99 "$scratch/trial")"; }
+
+# The largest adaptivity for which it holds, of the squares of 1/64 to 63/64; or 0.
+bisect() { # has_as_many or is_as_near
+    local low=0 high=64 mid
+    while [ $((high - low)) -gt 1 ]; do
+        mid=$(((low + high) / 2))
+        if "$1" "$(square $mid)"; then low=$mid; else high=$mid; fi
+    done
+    square $low
+}
+square() { awk -v i="$1" 'BEGIN { print (i / 64) ^ 2 }'; }
+
+find_peers_settings() {
+    local name frame
+    name=$(basename "$middle" .vdb) frame=${name##*.}
+    edge=$(jq -s 'map(.edge_asked // empty)[0]' "$scratch/ours.report.jsonl")
+    our_triangles=$(jq --arg frame "$frame" 'select(.frame == $frame).triangles_geometric' "$scratch/ours.report.jsonl")
+    our_p99=$(p99 "$scratch/ours.geometric")
+    as_many=$(bisect has_as_many)
+    as_near=$(bisect is_as_near)
+}
+
+measure_distances() {
+    local program prefix
+    for program in twinmesh volume_to_mesh volume_to_mesh_as_many volume_to_mesh_as_near flying_edges isotropic; do
+        prefix=$scratch/$program
+        [ "$program" != twinmesh ] || prefix=$scratch/ours.geometric
+        [ "$(echo "$prefix".*)" = "$prefix.*" ] || jq -nc --arg case "$case" --arg program "$program" --argjson error "$(distances "$prefix")" \
+            '{$case, $program, $error}' >>"$raw"
+    done
+}
+
+# --- a case ---------------------------------------------------------------------------------------
+
+bench() { # case
+    local began round_began run
+    case=$1
+    echo "bench: $case" >&2
+    rm -f "$scratch"/*.ply
+    find_frames "$case"
+    run_ours "$threads"
+    find_peers_settings
+    began=$SECONDS
+    for ((run = 1; run <= runs; run++)); do
+        round_began=$SECONDS
+        [ $run = 1 ] || run_ours "$threads"
+        run_others
+        [ $run != 1 ] || measure_distances
+        [ $((2 * SECONDS - round_began - began)) -le "$budget" ] || break
+    done
+    "$build/tests/timed" "$scratch/timed" "$build/tests/floor" --fields "$grid" "$iso" "$velocity" "${files[@]}"
+    record fields 1 "{\"edge\":$edge}"
+}
+
+for case in $cases; do bench "$case"; done
+jq -s --argjson threads "$threads" -f tests/bench/figures.jq "$raw" >"$build/bench.json"
+jq -r -f tests/bench/tables.jq "$build/bench.json"
