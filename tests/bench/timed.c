@@ -1,5 +1,5 @@
-/* Runs a command, and appends to a file a line of JSON: its seconds by the clock, and the peak of memory in bytes of the largest
- * of its processes. Its exit status is the command's.
+/* Runs a command, and appends to a file a line of JSON: its seconds by the clock, those of all its processes by the processors,
+ * and the peak of memory in bytes of the largest of them. Its exit status is the command's.
  *   timed FILE COMMAND [ARGUMENT...] */
 #include <stdio.h>
 #include <sys/resource.h>
@@ -12,6 +12,11 @@ static double clock_s(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static double timeval_s(struct timeval t)
+{
+    return (double)t.tv_sec + 1e-6 * (double)t.tv_usec;
 }
 
 int main(int argc, char **argv)
@@ -31,6 +36,6 @@ int main(int argc, char **argv)
     getrusage(RUSAGE_CHILDREN, &used);
     FILE *f = fopen(argv[1], "a");
     if (!f) return 4;
-    fprintf(f, "{\"seconds\":%.6f,\"peak\":%ld}\n", seconds, 1024 * used.ru_maxrss);
+    fprintf(f, "{\"seconds\":%.6f,\"cpu\":%.6f,\"peak\":%ld}\n", seconds, timeval_s(used.ru_utime) + timeval_s(used.ru_stime), 1024 * used.ru_maxrss);
     return fclose(f) == 0 && WIFEXITED(status) ? WEXITSTATUS(status) : 4;
 }
