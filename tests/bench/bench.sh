@@ -5,7 +5,7 @@
 #   tests/bench/bench.sh BUILD [THREADS]     on all cores or on as many threads; and on one, for what a second brings
 # From the environment:
 #   CASES='splash96 sample-smoke'   instead of them all: sample-splash, sample-smoke, skin, and {splash,sphere,still}N: generate.cpp's
-#   CACHE='PATTERN GRID ISO [OPTIONS]'   another cache instead, PATTERN as phi.####.vdb, with options of twinmesh mesh
+#   CACHE='PATTERN GRID ISO [OPTIONS]'   another cache instead, PATTERN as phi.####.vdb or phi.00[12]?.vdb, with options of twinmesh mesh
 #   OPTIONS='--deviation 0.15'      of twinmesh mesh, in all cases
 #   RUNS=5, BUDGET=60               so many runs, medians; but in each case none that would end after so many seconds, beyond the
 #                                   first: where that alone takes longer, larger cases of the kind are left out
@@ -25,6 +25,9 @@ scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 raw=$scratch/raw.jsonl
 
+[ -x "$build/tests/flying_edges" ] || echo "bench: without VTK's flying edges, which libvtk9-dev is wanted for" >&2
+[ -x "$build/tests/isotropic" ] || echo "bench: without CGAL's isotropic remeshing, which libcgal-dev is wanted for" >&2
+
 # --- the frames of a case -------------------------------------------------------------------------
 
 use_files() { # pattern, grid, iso, options of mesh...
@@ -33,6 +36,7 @@ use_files() { # pattern, grid, iso, options of mesh...
     options=("$@")
     [[ " $*" != *' --velocity '* ]] || velocity=$(sed 's/.*--velocity \([^ ]*\).*/\1/' <<<"$*")
     middle=${files[${#files[@]} / 2]}
+    middle_frame=$(sed -E 's/^(.*[^0-9])?([0-9]+)\.[^.]*$/\2/' <<<"$middle")
 }
 
 find_frames() { # case
@@ -40,7 +44,10 @@ find_frames() { # case
     rm -rf "$scratch/frames"
     mkdir "$scratch/frames"
     case $1 in
-    cache) use_files $CACHE ;;
+    cache)
+        read -ra cache <<<"$CACHE"
+        use_files "${cache[@]}"
+        ;;
     sample-splash) use_files 'data-samples/splash/fluid.####.vdb' phi 0 --velocity velocity ;;
     sample-smoke) use_files 'data-samples/smoke/density.####.vdb' density 0.1 ;;
     *)
@@ -64,15 +71,17 @@ run_ours() { # threads
     rm -f "$out".*
     "$build/tests/timed" "$scratch/timed" "$build/twinmesh" mesh "${files[@]}" -o "$out" --format ply --grid "$grid" --iso "$iso" \
         --threads "$1" --quiet "${options[@]}" ${OPTIONS:-} 2>"$scratch/said" || { cat "$scratch/said" >&2; return 1; }
-    record twinmesh "$1" "$(jq -s '(.[1] | del(.frames)) as $stages | .[0] | {stages: $stages, triangles: .triangles_geometric,
-        mechanical: .triangles_mechanical}' <(tail -n 1 "$out.report.jsonl" | jq .totals) <(tail -n 1 "$out.timings.jsonl" | jq .totals))"
+    record twinmesh "$1" "$(jq -s 'map(.totals | values) | {triangles: .[0].triangles_geometric, mechanical: .[0].triangles_mechanical,
+        stages: .[1] | del(.frames)}' "$out.report.jsonl" "$out.timings.jsonl")"
 }
 
 run_peer() { # what it is called here, program, parameter or nothing
+    local adaptivity=null
     [ -x "$build/tests/$2" ] || return 0
+    [ "$2" != volume_to_mesh ] || adaptivity=$3
     "$build/tests/timed" "$scratch/timed" "$build/tests/$2" "$threads" "$grid" "$iso" "$scratch/$1" ${3:+"$3"} "${files[@]}" >"$scratch/stages"
-    record "$1" "$threads" "$(jq -s '{triangles: map(.triangles) | add, adaptivity: $adaptivity, stages: map(del(.frame, .triangles) | to_entries[])
-        | group_by(.key) | map({key: .[0].key, value: map(.value) | add}) | from_entries}' --argjson adaptivity "$([ "$2" = volume_to_mesh ] && echo "$3" || echo null)" "$scratch/stages")"
+    record "$1" "$threads" "$(jq -s --argjson adaptivity "$adaptivity" '{triangles: map(.triangles) | add, $adaptivity,
+        stages: map(del(.frame, .triangles) | to_entries[]) | group_by(.key) | map({key: .[0].key, value: map(.value) | add}) | from_entries}' "$scratch/stages")"
 }
 
 run_floor() {
@@ -95,9 +104,7 @@ run_others() {
 # --- distances, on the middle frame ---------------------------------------------------------------
 
 distances() { # prefix: JSON of what twinmesh check measures; that the topology is not the surface's fails no benchmark
-    local name
-    name=$(basename "$middle" .vdb)
-    "$build/twinmesh" check "$middle" --meshes "$1.${name##*.}.ply" --grid "$grid" --iso "$iso" --threads "$threads" --json --quiet 2>"$scratch/said" |
+    "$build/twinmesh" check "$middle" --meshes "$1.$middle_frame.ply" --grid "$grid" --iso "$iso" --threads "$threads" --json --quiet 2>"$scratch/said" |
         jq -c 'select(.kind) | {topology_errors, self_intersections, min_angle_p5, edge_mean,
             to_surface: {mean: .to_surface_mean, p95: .to_surface_p95, p99: .to_surface_p99},
             from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}}'
@@ -121,10 +128,8 @@ bisect() { # has_as_many or is_as_near
 square() { awk -v i="$1" 'BEGIN { print (i / 32) ^ 2 }'; }
 
 find_peers_settings() {
-    local name frame
-    name=$(basename "$middle" .vdb) frame=${name##*.}
     edge=$(jq -s 'map(.edge_asked // empty)[0]' "$scratch/ours.report.jsonl")
-    our_triangles=$(jq --arg frame "$frame" 'select(.frame == $frame).triangles_geometric' "$scratch/ours.report.jsonl")
+    our_triangles=$(jq --arg frame "$middle_frame" 'select(.frame == $frame).triangles_geometric' "$scratch/ours.report.jsonl")
     as_many=$(bisect has_as_many) as_near=
     if [ "$our_triangles" -le $triangles_checked ]; then
         our_p99=$(p99 "$scratch/ours.geometric")

@@ -35,7 +35,7 @@ def solve: .stages | .predict + .alter + .relax + .audit + .mend + .refine + .ca
 def is_no_farther($from): . as $e | all(("to_surface", "from_surface") as $way | ("mean", "p95") as $f | [$e[$way][$f], $from[$way][$f]]; .[0] <= .[1]);
 
 def figures($is_still): .twinmesh as $ours | (.twinmesh_1 // $ours) as $one | {
-    against_isotropic: ratio($ours.seconds; .isotropic | values | .seconds - .stages.repair),
+    against_isotropic: ratio($ours.seconds; .isotropic | if . then .seconds - .stages.repair else null end),
     against_as_many: ratio($ours.seconds; .volume_to_mesh_as_many.seconds),
     against_volume_to_mesh: ratio($ours.seconds; .volume_to_mesh.seconds),
     is_no_farther: (if $ours.error then .volume_to_mesh.error as $theirs | $ours.error | is_no_farther($theirs) else null end),

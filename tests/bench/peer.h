@@ -13,7 +13,7 @@
 
 struct PeerMesh {
     std::vector<openvdb::Vec3s> point;      // world units
-    std::vector<openvdb::Vec3I> triangle;   // counter-clockwise from outside
+    std::vector<openvdb::Vec3I> triangle;   // of a level set counter-clockwise from outside
 };
 
 // Seconds of one stage after the other.
@@ -35,7 +35,7 @@ private:
 };
 
 struct Peer {
-    const char *parameter;   // what it is called; nullptr: there is none
+    const char *parameter;      // what it is called; nullptr: there is none
     void (*set_threads)(int n); // beside TBB's; nullptr: there are none
     PeerMesh (*mesh)(const openvdb::FloatGrid &grid, double iso, double parameter, Laps &laps);
 };
