@@ -25,7 +25,7 @@ def program($key; $ours): title($key) as $title
 
 def a_case: .programs as $programs | $programs.twinmesh as $ours
     | "\($case): \(.frames) frames, \($ours.threads) threads; medians of \($ours.runs) runs, a frame; edge \(.edge | . * 1e6 | round / 1e6); stages in ms",
-    (["ms", "cpu ms", "x ours", "triangles", "MB", "to: mean", "p95", "p99", "from: mean", "p95", "p99", "angle p5", "topology"] | row(""; 10)),
+    (["ms", "cpu ms", "x ours", "triangles", "MB", "to mean", "p95", "p99", "from mean", "p95", "p99", "angle p5", "topology"] | row(""; 10)),
     (order[] as $key | $programs[$key] // empty | program($key; $ours)), "";
 
 # --- the bars -------------------------------------------------------------------------------------
@@ -49,6 +49,6 @@ def all_bars:
     "whole process; tracked a second on one core by the stages of the solve; how much faster these are on all threads; bytes of memory",
     "beyond the fields'. Of the still surface the whole process against the floor", "",
     bars_of("splash"; "splashes"), bars_of("calm"; "calm"),
-    (.bars.slope as $bar | .slopes | to_entries[] | "time grows as the area to the power of \(.value | figure($bar)) (\($bar | limit)): \(.key)");
+    (.bars.slope as $bar | .slopes | to_entries[] | select(.value) | "time grows as the area to the power of \(.value | figure($bar)) (\($bar | limit)): \(.key)");
 
 if $case == "" then all_bars else .cases[$case] | a_case end
