@@ -110,22 +110,22 @@ distances() { # prefix: JSON of what twinmesh check measures; that the topology 
             from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}}'
 }
 p99() { distances "$1" | jq '[.to_surface.p99, .from_surface.p99] | max'; }
-less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a + 0 < b + 0) }'; }
+is_less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a + 0 < b + 0) }'; }
 
 adaptive() { "$build/tests/volume_to_mesh" "$threads" "$grid" "$iso" "$scratch/trial" "$1" "$middle"; } # adaptivity
-has_as_many() { ! less "$(adaptive "$1" | jq .triangles)" "$our_triangles"; }
-is_as_near() { adaptive "$1" >"$scratch/stages" && ! less "$our_p99" "$(p99 "$scratch/trial")"; }
+has_as_many() { ! is_less "$(adaptive "$1" | jq .triangles)" "$our_triangles"; }
+is_as_near() { adaptive "$1" >"$scratch/stages" && ! is_less "$our_p99" "$(p99 "$scratch/trial")"; }
 
-# The largest adaptivity for which it holds, of the squares of 1/32 to 31/32; or 0.
+# The largest adaptivity for which it holds, of 63 from 0.0001 to 0.87 at even ratios; 0 where it holds for none.
 bisect() { # has_as_many or is_as_near
-    local low=0 high=32 mid
+    local low=0 high=64 mid
     while [ $((high - low)) -gt 1 ]; do
         mid=$(((low + high) / 2))
-        if "$1" "$(square $mid)"; then low=$mid; else high=$mid; fi
+        if "$1" "$(adaptivity $mid)"; then low=$mid; else high=$mid; fi
     done
-    square $low
+    adaptivity $low
 }
-square() { awk -v i="$1" 'BEGIN { print (i / 32) ^ 2 }'; }
+adaptivity() { awk -v i="$1" 'BEGIN { printf "%.3g", i ? 10 ^ (i / 16 - 4) : 0 }'; }
 
 find_peers_settings() {
     edge=$(jq -s 'map(.edge_asked // empty)[0]' "$scratch/ours.report.jsonl")

@@ -13,8 +13,8 @@ def row($name; $n): ($name | left(26)) + (map(tostring | right($n)) | join(""));
 
 def order: ["twinmesh", "twinmesh_1", "floor", "volume_to_mesh", "volume_to_mesh_as_many", "volume_to_mesh_as_near", "flying_edges", "isotropic"];
 def title($key): if $key == "twinmesh_1" then "twinmesh, 1 thread"
-    elif $key == "volume_to_mesh_as_many" then "  as many: adapt. \(.adaptivity | short)"
-    elif $key == "volume_to_mesh_as_near" then "  as near: adapt. \(.adaptivity | short)"
+    elif $key == "volume_to_mesh_as_many" then "  as many: adapt. \(.adaptivity)"
+    elif $key == "volume_to_mesh_as_near" then "  as near: adapt. \(.adaptivity)"
     else $key end;
 def distances: [("to_surface", "from_surface") as $way | ("mean", "p95", "p99") as $f | .error[$way][$f] | digits(3)];
 def stages: .stages | to_entries | map(select(.key != "whole" and .key != "carry") | "\(.key) \(.value * 1000 | short)") | join(", ");
