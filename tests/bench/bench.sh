@@ -103,11 +103,11 @@ run_others() {
 
 # --- distances, on the middle frame ---------------------------------------------------------------
 
-distances() { # prefix: JSON of what twinmesh check measures; that the topology is not the surface's fails no benchmark
+distances() { # prefix: JSON of what twinmesh check measures, or null; a topology that is not the surface's fails no benchmark
     "$build/twinmesh" check "$middle" --meshes "$1.$middle_frame.ply" --grid "$grid" --iso "$iso" --threads "$threads" --json --quiet 2>"$scratch/said" |
-        jq -c 'select(.kind) | {topology_errors, self_intersections, min_angle_p5, edge_mean,
+        jq -cs 'map(select(.kind))[0] | if . then {topology_errors, self_intersections, min_angle_p5, edge_mean,
             to_surface: {mean: .to_surface_mean, p95: .to_surface_p95, p99: .to_surface_p99},
-            from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}}'
+            from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}} else null end'
 }
 p99() { distances "$1" | jq '[.to_surface.p99, .from_surface.p99] | max'; }
 is_less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a + 0 < b + 0) }'; }

@@ -145,16 +145,16 @@ private:
         });
     }
 
-    // Two balls a throw, of nearly the same velocity: they part on their way.
+    // Two balls a throw, of nearly the same velocity: they part on their way. They come out of the water and end in it.
     void throw_drops(double t)
     {
         for (uint32_t i = 0; i < THROWS; i++) {
-            double angle = 2 * M_PI * draw(i, 0), out = 0.04 + 0.22 * draw(i, 1), up = 0.9 + 0.8 * draw(i, 2);
+            double angle = 2 * M_PI * draw(i, 0), out = 0.04 + 0.16 * draw(i, 1), up = 0.9 + 0.65 * draw(i, 2);
             double flown = t - 1.2 * draw(i, 3) + 0.2, from = 0.14 + 0.05 * draw(i, 4);
             for (uint32_t half = 0; half < 2; half++) {
                 double speed = 1 - 0.15 * half, radius = 0.032 + 0.028 * draw(2 * i + half, 5);
-                double r = from + out * speed * flown, y = LEVEL - 0.08 + up * speed * flown - 0.5 * GRAVITY * flown * flown;
-                if (flown > 0 && y > BOTTOM + 0.1 && y < 0.9) drops.emplace_back(n, Vec3d(0.5 + r * std::cos(angle), y, 0.5 + r * std::sin(angle)), radius);
+                double r = from + out * speed * flown, y = LEVEL - 0.1 + up * speed * flown - 0.5 * GRAVITY * flown * flown;
+                if (flown > 0 && y > BOTTOM + 0.1) drops.emplace_back(n, Vec3d(0.5 + r * std::cos(angle), y, 0.5 + r * std::sin(angle)), radius);
             }
         }
     }

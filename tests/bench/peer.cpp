@@ -63,14 +63,21 @@ static std::string frame_of(const std::string &path)
     return path.substr(first, end - first);
 }
 
-static void mesh_file(const Peer &peer, char **argument, double parameter, const std::string &path)
+struct Job {
+    const char *grid;
+    double iso;
+    std::string prefix;
+    double parameter;
+};
+
+static void mesh_file(const Peer &peer, const Job &job, const std::string &path)
 {
     Laps laps;
-    auto grid = read_grid(path, argument[1]);
+    auto grid = read_grid(path, job.grid);
     laps.end("read");
-    PeerMesh m = peer.mesh(*grid, std::atof(argument[2]), parameter, laps);
+    PeerMesh m = peer.mesh(*grid, job.iso, job.parameter, laps);
     std::string frame = frame_of(path);
-    write_ply(std::string(argument[3]) + "." + frame + ".ply", m);
+    write_ply(job.prefix + "." + frame + ".ply", m);
     laps.end("write");
     std::printf("{\"frame\":\"%s\"", frame.c_str());
     for (const auto &[stage, seconds] : laps.lap) std::printf(",\"%s\":%.6f", stage.c_str(), seconds);
@@ -88,9 +95,10 @@ int peer_main(int argc, char **argv, const Peer &peer)
     tbb::global_control control(tbb::global_control::max_allowed_parallelism, (size_t)threads);
     if (peer.set_threads) peer.set_threads(threads);
     openvdb::initialize();
+    const Job job = {argv[2], std::atof(argv[3]), argv[4], peer.parameter ? std::atof(argv[5]) : 0};
     for (int i = file; i < argc; i++) {
         try {
-            mesh_file(peer, argv + 1, peer.parameter ? std::atof(argv[5]) : 0, argv[i]);
+            mesh_file(peer, job, argv[i]);
         } catch (const std::exception &e) {
             std::fprintf(stderr, "%s: %s: %s\n", argv[0], argv[i], e.what());
             return 3;
