@@ -97,8 +97,9 @@ $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 # The benchmark's generator and peers. VTK's libraries bear the version that its folder of headers has. CGAL is under the GPL:
 # nothing else is linked to it.
 VTK := $(lastword $(wildcard /usr/include/vtk-*))
-PEERS := $(B)/tests/volume_to_mesh $(if $(VTK),$(B)/tests/flying_edges) $(if $(wildcard /usr/include/CGAL/version.h),$(B)/tests/isotropic)
-$(B)/tests/flying_edges: private PEER_LIBS = $(patsubst %,-lvtk%-$(VTK:/usr/include/vtk-%=%),FiltersCore CommonExecutionModel CommonDataModel CommonMisc CommonCore)
+VTK_LIBS = FiltersCore CommonExecutionModel CommonDataModel CommonMisc CommonCore
+PEERS := $(patsubst %,$(B)/tests/%,volume_to_mesh $(if $(VTK),flying_edges) $(if $(wildcard /usr/include/CGAL/version.h),isotropic))
+$(B)/tests/flying_edges: private PEER_LIBS = $(patsubst %,-lvtk%-$(VTK:/usr/include/vtk-%=%),$(VTK_LIBS))
 $(B)/tests/bench/flying_edges.cpp.o: private ALL_CXXFLAGS += -isystem $(VTK)
 $(B)/tests/isotropic: private PEER_LIBS = -lgmp -lmpfr
 $(PEERS): $(B)/tests/%: $(B)/tests/bench/%.cpp.o $(B)/tests/bench/peer.cpp.o

@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
-# `twinmesh mesh` beside its peers on the same frames in the same run: the whole process by the clock, its stages, triangles, distances
-# from the surface, memory, and the floor: the time only to read the frames and write as many bytes. Prints tables with the bars that
-# are to be met, asserts nothing; all figures are in BUILD/bench.json, whose keys stay, so that jq compares two runs.
+# `twinmesh mesh` beside its peers on the same frames in the same run: the whole process by the clock, its stages, triangles,
+# distances from the surface, memory, and the floor: the time only to read the frames and write as many bytes. Prints tables with
+# the bars that are to be met, asserts nothing; all figures are in BUILD/bench.json, whose keys stay, so that jq compares two runs.
 #   tests/bench/bench.sh BUILD [THREADS]     on all cores or on as many threads; and on one, for what a second brings
 # From the environment:
-#   CASES='splash96 sample-smoke'   instead of them all: sample-splash, sample-smoke, skin, and {splash,sphere,still}N: generate.cpp's
-#   CACHE='PATTERN GRID ISO [OPTIONS]'   another cache instead, PATTERN as phi.####.vdb or phi.00[12]?.vdb, with options of twinmesh mesh
-#   OPTIONS='--deviation 0.15'      of twinmesh mesh, in all cases
+#   CASES='splash96 sample-smoke'   instead of them all: sample-splash, sample-smoke, skin, and generate.cpp's {splash,sphere,still}N
+#   CACHE='PATTERN GRID ISO [OPTIONS]'   another cache instead, PATTERN as phi.####.vdb or phi.00[12]?.vdb
+#   OPTIONS='--deviation 0.15'      of twinmesh mesh, in all cases; those in CACHE too
 #   RUNS=5, BUDGET=30               medians of so many runs; but in each case none beyond the first that would end after so many
 #                                   seconds, and where the first alone takes five times as long no larger case of its kind
-# The peers are told in peer.h; one that was not built is left out. They write their files without syncing them; twinmesh and the
-# floor sync. Peaks of memory are those of a run's largest process; the fields' is that of a program that reads the frames, keeps as
-# many fields as a run does, and does nothing with them.
+# The peers are told in peer.h; one that was not built is left out. They write their files without syncing them; twinmesh and
+# the floor sync. Peaks of memory are those of a run's largest process; the fields' is that of a program that reads the frames,
+# keeps as many fields as a run does, and does nothing with them.
 set -eu
 cd "$(dirname "$0")/../.."
 build=$1
@@ -79,14 +79,17 @@ run_peer() { # what it is called here, program, parameter or nothing
     local adaptivity=null
     [ -x "$build/tests/$2" ] || return 0
     [ "$2" != volume_to_mesh ] || adaptivity=$3
-    "$build/tests/timed" "$scratch/timed" "$build/tests/$2" "$threads" "$grid" "$iso" "$scratch/$1" ${3:+"$3"} "${files[@]}" >"$scratch/stages"
+    "$build/tests/timed" "$scratch/timed" "$build/tests/$2" "$threads" "$grid" "$iso" "$scratch/$1" ${3:+"$3"} "${files[@]}" \
+        >"$scratch/stages"
     record "$1" "$threads" "$(jq -s --argjson adaptivity "$adaptivity" '{triangles: map(.triangles) | add, $adaptivity,
-        stages: map(del(.frame, .triangles) | to_entries[]) | group_by(.key) | map({key: .[0].key, value: map(.value) | add}) | from_entries}' "$scratch/stages")"
+        stages: map(del(.frame, .triangles) | to_entries[]) | group_by(.key)
+            | map({key: .[0].key, value: map(.value) | add}) | from_entries}' "$scratch/stages")"
 }
 
 run_floor() {
     local written=("$scratch"/ours.*.ply)
-    "$build/tests/timed" "$scratch/timed" "$build/tests/floor" "$scratch/floor" "$(cat "${written[@]}" | wc -c)" ${#written[@]} "$grid" "$iso" "$velocity" "${files[@]}"
+    "$build/tests/timed" "$scratch/timed" "$build/tests/floor" "$scratch/floor" "$(cat "${written[@]}" | wc -c)" ${#written[@]} \
+        "$grid" "$iso" "$velocity" "${files[@]}"
     rm -f "$scratch"/floor.*
     record floor 1 '{}'
 }
@@ -104,7 +107,8 @@ run_others() {
 # --- distances, on the middle frame ---------------------------------------------------------------
 
 distances() { # prefix: JSON of what twinmesh check measures, or null; a topology that is not the surface's fails no benchmark
-    "$build/twinmesh" check "$middle" --meshes "$1.$middle_frame.ply" --grid "$grid" --iso "$iso" --threads "$threads" --json --quiet 2>"$scratch/said" |
+    "$build/twinmesh" check "$middle" --meshes "$1.$middle_frame.ply" --grid "$grid" --iso "$iso" --threads "$threads" \
+        --json --quiet 2>"$scratch/said" |
         jq -cs 'map(select(.kind))[0] | if . then {topology_errors, self_intersections, min_angle_p5, edge_mean,
             to_surface: {mean: .to_surface_mean, p95: .to_surface_p95, p99: .to_surface_p99},
             from_surface: {mean: .from_surface_mean, p95: .from_surface_p95, p99: .from_surface_p99}} else null end'
@@ -143,8 +147,8 @@ measure_distances() {
     for program in twinmesh volume_to_mesh volume_to_mesh_as_many volume_to_mesh_as_near flying_edges isotropic; do
         prefix=$scratch/$program
         [ $program != twinmesh ] || prefix=$scratch/ours.geometric
-        [ "$(echo "$prefix".*)" = "$prefix.*" ] || jq -nc --arg case "$case" --arg program $program --argjson error "$(distances "$prefix")" \
-            '{$case, $program, $error}' >>"$raw"
+        [ -f "$prefix.$middle_frame.ply" ] || continue
+        jq -nc --arg case "$case" --arg program $program --argjson error "$(distances "$prefix")" '{$case, $program, $error}' >>"$raw"
     done
 }
 

@@ -25,14 +25,16 @@ def bars:
 # Of the runs of a program, and the distances of its mesh.
 def program($error): .[0].frames as $frames
     | {runs: length, threads: .[0].threads,
-       seconds: (map(.seconds / $frames) | median), seconds_least: (map(.seconds / $frames) | min), seconds_most: (map(.seconds / $frames) | max),
+       seconds: (map(.seconds / $frames) | median),
+       seconds_least: (map(.seconds / $frames) | min), seconds_most: (map(.seconds / $frames) | max),
        cpu_seconds: (map(.cpu / $frames) | median),
        stages: (map(.stages // {} | to_entries[]) | keyed_by(.key) | map_values(map(.value / $frames) | median)),
        peak: (map(.peak) | median), triangles: ratio(.[0].triangles; $frames), mechanical: ratio(.[0].mechanical; $frames),
        adaptivity: .[0].adaptivity, $error};
 
 def solve: .stages | .predict + .alter + .relax + .audit + .mend + .refine + .carry;
-def is_no_farther($from): . as $e | all(("to_surface", "from_surface") as $way | ("mean", "p95") as $f | [$e[$way][$f], $from[$way][$f]]; .[0] <= .[1]);
+def is_no_farther($from): . as $e
+    | all(("to_surface", "from_surface") as $way | ("mean", "p95") as $f | [$e[$way][$f], $from[$way][$f]]; .[0] <= .[1]);
 
 def figures($is_still): .twinmesh as $ours | (.twinmesh_1 // $ours) as $one | {
     against_isotropic: ratio($ours.seconds; .isotropic | if . then .seconds - .stages.repair else null end),

@@ -154,7 +154,8 @@ private:
             for (uint32_t half = 0; half < 2; half++) {
                 double speed = 1 - 0.15 * half, radius = 0.032 + 0.028 * draw(2 * i + half, 5);
                 double r = from + out * speed * flown, y = LEVEL - 0.1 + up * speed * flown - 0.5 * GRAVITY * flown * flown;
-                if (flown > 0 && y > BOTTOM + 0.1) drops.emplace_back(n, Vec3d(0.5 + r * std::cos(angle), y, 0.5 + r * std::sin(angle)), radius);
+                Vec3d centre(0.5 + r * std::cos(angle), y, 0.5 + r * std::sin(angle));
+                if (flown > 0 && y > BOTTOM + 0.1) drops.emplace_back(n, centre, radius);
             }
         }
     }

@@ -41,8 +41,9 @@ static void write_ply(const std::string &path, const PeerMesh &m)
 {
     static_assert(sizeof(Vec3s) == 12 && sizeof(Vec3I) == 12, "packed as PLY has them");
     char head[256];
-    int nhead = std::snprintf(head, sizeof head, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\nproperty float x\nproperty float y\n"
-        "property float z\nelement face %zu\nproperty list uchar int vertex_indices\nend_header\n", m.point.size(), m.triangle.size());
+    int nhead = std::snprintf(head, sizeof head, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\nproperty float x\n"
+        "property float y\nproperty float z\nelement face %zu\nproperty list uchar int vertex_indices\nend_header\n", m.point.size(),
+        m.triangle.size());
     std::vector<char> faces(13 * m.triangle.size());
     for (size_t t = 0; t < m.triangle.size(); t++) {
         faces[13 * t] = 3;
@@ -50,7 +51,8 @@ static void write_ply(const std::string &path, const PeerMesh &m)
     }
     FILE *f = std::fopen(path.c_str(), "wb");
     if (!f) throw std::runtime_error("cannot be created");
-    bool ok = std::fwrite(head, 1, (size_t)nhead, f) == (size_t)nhead && std::fwrite(m.point.data(), 12, m.point.size(), f) == m.point.size() &&
+    bool ok = std::fwrite(head, 1, (size_t)nhead, f) == (size_t)nhead &&
+        std::fwrite(m.point.data(), 12, m.point.size(), f) == m.point.size() &&
         std::fwrite(faces.data(), 1, faces.size(), f) == faces.size();
     if (std::fclose(f) != 0 || !ok) throw std::runtime_error("cannot be written");
 }
@@ -88,7 +90,7 @@ int peer_main(int argc, char **argv, const Peer &peer)
 {
     int file = peer.parameter ? 6 : 5;
     if (argc <= file) {
-        std::fprintf(stderr, "%s THREADS GRID ISO PREFIX %s%sFILE...\n", argv[0], peer.parameter ? peer.parameter : "", peer.parameter ? " " : "");
+        std::fprintf(stderr, "%s THREADS GRID ISO PREFIX %s FILE...\n", argv[0], peer.parameter ? peer.parameter : "");
         return 2;
     }
     int threads = std::max(1, std::atoi(argv[1]));

@@ -1,17 +1,19 @@
 # bench.json as tables: of $case, or where that is "", of the figures that have bars.
 
-# So many digits behind the point; "-": null.
-def digits($n): if . == null then "-" else (pow(10; $n)) as $p | (. * $p | round) as $i | if $n == 0 then $i | tostring
-    else ($i | fabs | . % $p | tostring) as $f | (if $i < 0 then "-" else "" end) + ($i / $p | fabs | floor | tostring) + "." + ("0" * ($n - ($f | length)) // "") + $f end end;
+# A number, none of which is negative here, with so many digits behind the point; "-": null.
+def digits($n): if . == null then "-" elif $n == 0 then round | tostring
+    else pow(10; $n) as $p | (. * $p | round) as $i | ($i % $p | tostring) as $f
+        | ($i / $p | floor | tostring) + "." + ("0" * ($n - ($f | length)) // "") + $f end;
 # Three digits that count, or all before the point.
-def short: if . == null then "-" elif fabs >= 100 then digits(0) elif fabs >= 10 then digits(1) elif fabs >= 1 then digits(2) else digits(3) end;
+def short: if . == null then "-" elif . >= 100 then digits(0) elif . >= 10 then digits(1) elif . >= 1 then digits(2) else digits(3) end;
 def left($n): . + (" " * ($n - length) // "");
 def right($n): (" " * ($n - length) // "") + .;
 def row($name; $n): ($name | left(26)) + (map(tostring | right($n)) | join(""));
 
 # --- the programs of a case -----------------------------------------------------------------------
 
-def order: ["twinmesh", "twinmesh_1", "floor", "volume_to_mesh", "volume_to_mesh_as_many", "volume_to_mesh_as_near", "flying_edges", "isotropic"];
+def order: ["twinmesh", "twinmesh_1", "floor", "volume_to_mesh", "volume_to_mesh_as_many", "volume_to_mesh_as_near", "flying_edges",
+    "isotropic"];
 def title($key): if $key == "twinmesh_1" then "twinmesh, 1 thread"
     elif $key == "volume_to_mesh_as_many" then "  as many: adapt. \(.adaptivity)"
     elif $key == "volume_to_mesh_as_near" then "  as near: adapt. \(.adaptivity)"
@@ -20,11 +22,12 @@ def distances: [("to_surface", "from_surface") as $way | ("mean", "p95", "p99") 
 def stages: .stages | to_entries | map(select(.key != "whole" and .key != "carry") | "\(.key) \(.value * 1000 | short)") | join(", ");
 
 def program($key; $ours): title($key) as $title
-    | ([(.seconds, .cpu_seconds | . * 1000 | short), (.seconds / $ours.seconds | short), (.triangles | digits(0)), (.peak / 1e6 | digits(0))] + distances
-        + [.error | .min_angle_p5, .topology_errors | digits(0)] | row($title; 10)), (stages | select(. != "") | "      " + .);
+    | ([(.seconds, .cpu_seconds | . * 1000 | short), (.seconds / $ours.seconds | short), (.triangles | digits(0)), (.peak / 1e6 | digits(0))]
+        + distances + [.error | .min_angle_p5, .topology_errors | digits(0)] | row($title; 10)), (stages | select(. != "") | "      " + .);
 
 def a_case: .programs as $programs | $programs.twinmesh as $ours
-    | "\($case): \(.frames) frames, \($ours.threads) threads; medians of \($ours.runs) runs, a frame; edge \(.edge | . * 1e6 | round / 1e6); stages in ms",
+    | "\($case): \(.frames) frames, \($ours.threads) threads; medians of \($ours.runs) runs, a frame; "
+        + "edge \(.edge * 1e6 | round / 1e6); stages in ms",
     (["ms", "cpu ms", "x ours", "triangles", "MB", "to mean", "p95", "p99", "from mean", "p95", "p99", "angle p5", "topology"] | row(""; 10)),
     (order[] as $key | $programs[$key] // empty | program($key; $ours)), "";
 
@@ -37,7 +40,8 @@ def limit: if . == null then "-" else (if .side == "most" then "<= " else ">= " 
 def is_met($bar): if $bar.side == "most" then . <= $bar.bar else . >= $bar.bar end;
 def figure($bar): if . == null or $bar == null then "-" else short + if is_met($bar) then "*" else " " end end;
 
-def bars_of($kind; $title): .bars[$kind] as $bars | (.cases | to_entries | map(select(.value.kind == $kind))) as $cases | select($cases | length > 0)
+def bars_of($kind; $title): .bars[$kind] as $bars | (.cases | to_entries | map(select(.value.kind == $kind))) as $cases
+    | select($cases | length > 0)
     | (columns | map(.[1]) | row($title; 12)), (columns | map($bars[.[0]] | limit) | row("bar"; 12)),
     (columns | map($bars[.[0]].goal // "-") | row("goal"; 12)),
     ($cases[] | .key as $name | .value.figures as $f | (columns | map(. as [$key] | $f[$key] | figure($bars[$key])) | row($name; 12))
@@ -49,6 +53,7 @@ def all_bars:
     "whole process; tracked a second on one core by the stages of the solve; how much faster these are on all threads; bytes of memory",
     "beyond the fields'. Of the still surface the whole process against the floor", "",
     bars_of("splash"; "splashes"), bars_of("calm"; "calm"),
-    (.bars.slope as $bar | .slopes | to_entries[] | select(.value) | "time grows as the area to the power of \(.value | figure($bar)) (\($bar | limit)): \(.key)");
+    (.bars.slope as $bar | .slopes | to_entries[] | select(.value)
+        | "time grows as the area to the power of \(.value | figure($bar)) (\($bar | limit)): \(.key)");
 
 if $case == "" then all_bars else .cases[$case] | a_case end

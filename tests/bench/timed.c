@@ -36,6 +36,7 @@ int main(int argc, char **argv)
     getrusage(RUSAGE_CHILDREN, &used);
     FILE *f = fopen(argv[1], "a");
     if (!f) return 4;
-    fprintf(f, "{\"seconds\":%.6f,\"cpu\":%.6f,\"peak\":%ld}\n", seconds, timeval_s(used.ru_utime) + timeval_s(used.ru_stime), 1024 * used.ru_maxrss);
+    fprintf(f, "{\"seconds\":%.6f,\"cpu\":%.6f,\"peak\":%ld}\n", seconds, timeval_s(used.ru_utime) + timeval_s(used.ru_stime),
+        1024 * used.ru_maxrss);
     return fclose(f) == 0 && WIFEXITED(status) ? WEXITSTATUS(status) : 4;
 }
