@@ -18,6 +18,8 @@ BUILD_PACKAGES = gcc g++ libc6-dev libopenvdb-dev libboost-dev libtbb-dev libima
 	libnanovdb-dev libopenexr-dev libblosc-dev zlib1g-dev libbz2-dev libjansson-dev libxxhash-dev libpng-dev libembree-dev \
 	libmeshoptimizer-dev
 CHECK_PACKAGES = $(BUILD_PACKAGES) libtinygltf-dev libcmocka-dev bats jq mandoc openexr slurm-wlm munge
+# Of the benchmark alone: its peers, which it does without where they cannot be had.
+PEER_PACKAGES = libvtk9-dev libcgal-dev
 
 FLAGS_release = -O3 -DNDEBUG
 FLAGS_debug = -O0 -g
@@ -92,9 +94,18 @@ $(B)/tests/test_%: tests/unit/test_%.cpp $(LIB) $(B)/flags
 	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -c -o $@.o $<
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) -lcmocka -ltinygltf $(LIBS)
 
-$(B)/tests/volume_to_mesh: tests/bench/volume_to_mesh.cpp $(B)/flags
-	@mkdir -p $(@D)
-	$(CXX) $(ALL_CXXFLAGS) -MF $@.d -o $@ $< -lopenvdb -ltbb -lImath
+# The benchmark's generator and peers. VTK's libraries bear the version that its folder of headers has. CGAL is under the GPL:
+# nothing else is linked to it.
+VTK := $(lastword $(wildcard /usr/include/vtk-*))
+VTK_LIBS = FiltersCore CommonExecutionModel CommonDataModel CommonMisc CommonCore
+PEERS := $(patsubst %,$(B)/tests/%,volume_to_mesh $(if $(VTK),flying_edges) $(if $(wildcard /usr/include/CGAL/version.h),isotropic))
+$(B)/tests/flying_edges: private PEER_LIBS = $(patsubst %,-lvtk%-$(VTK:/usr/include/vtk-%=%),$(VTK_LIBS))
+$(B)/tests/bench/flying_edges.cpp.o: private ALL_CXXFLAGS += -isystem $(VTK)
+$(B)/tests/isotropic: private PEER_LIBS = -lgmp -lmpfr
+$(PEERS): $(B)/tests/%: $(B)/tests/bench/%.cpp.o $(B)/tests/bench/peer.cpp.o
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $^ $(PEER_LIBS) -lopenvdb -ltbb -lImath
+$(B)/tests/generate: $(B)/tests/bench/generate.cpp.o
+	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $^ -lopenvdb -ltbb -lImath
 
 $(FUZZERS): $(B)/tests/%: tests/fuzz/%.c $(LIB) $(B)/flags
 	@mkdir -p $(@D)
@@ -109,7 +120,7 @@ $(B)/tests/seeds $(B)/tests/hostile: $(LIB) $(B)/flags
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $@.o $(LIB) $(LIBS)
 
 PAPERS := $(B)/tests/ridges $(B)/tests/reach $(B)/tests/steps
-$(PAPERS) $(B)/tests/isolated $(B)/tests/skin: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
+$(PAPERS) $(B)/tests/isolated $(B)/tests/skin $(B)/tests/floor $(B)/tests/timed: $(B)/tests/%: $(B)/tests/bench/%.c.o $(LIB)
 	$(CXX) $(FLAGS) $(LDFLAGS) -pthread -o $@ $(filter %.o,$^) $(LIB) $(LIBS)
 
 # Two files that change only when what they hold does: the compile commands, and the list of objects.
@@ -156,10 +167,13 @@ build/clang/twinmesh: FORCE | $(VIEWER)
 	+@$(MAKE) --no-print-directory all config=release B=build/clang CC=clang CXX=clang++
 endif
 
+# Beside its peers, in half an hour: tests/bench/bench.sh tells what it takes from the environment.
 bench:
-	@.ci/deps $(BUILD_PACKAGES)
-	+@$(MAKE) --no-print-directory all $(B)/tests/volume_to_mesh $(B)/tests/skin
+	@.ci/deps $(BUILD_PACKAGES) jq
+	@.ci/deps $(PEER_PACKAGES) || true
+	+@$(MAKE) --no-print-directory bench-build
 	@tests/bench/bench.sh $(B)
+bench-build: all $(B)/tests/generate $(B)/tests/floor $(B)/tests/timed $(B)/tests/skin $(PEERS)
 
 # The papers' tables and sharp figures, by the scenes in data-samples/scenes: three minutes.
 papers:
@@ -219,7 +233,7 @@ uninstall:
 clean:
 	rm -rf build
 
-.PHONY: all deps demo check check-build bench papers gallery soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
+.PHONY: all deps demo check check-build bench bench-build papers gallery soak hostile fuzz fuzzers layers golden install uninstall clean FORCE
 .DELETE_ON_ERROR:
 .SECONDARY:
 -include $(DEPENDS)
