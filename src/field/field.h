@@ -48,7 +48,13 @@ bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err);
 void field_free(Field *f);
 
 /* The brick that holds the cell of an index-space sample, or NONE. */
-int field_brick(const Field *f, int x, int y, int z);
+static inline int field_brick(const Field *f, int x, int y, int z)
+{
+    if (!f->room) return f->nbrick ? map_get(&f->brick_at, key_coord(x >> 3, y >> 3, z >> 3)) : NONE;
+    int i = (x >> 3) - f->room_lo[0], j = (y >> 3) - f->room_lo[1], k = (z >> 3) - f->room_lo[2];
+    if ((unsigned)i >= (unsigned)f->room_n[0] || (unsigned)j >= (unsigned)f->room_n[1] || (unsigned)k >= (unsigned)f->room_n[2]) return NONE;
+    return f->room[(k * f->room_n[1] + j) * f->room_n[0] + i];
+}
 /* The eight corner values of F of the cell at sample (x, y, z) of brick b; corner c at (c&1, c>>1&1, c>>2). */
 void field_cell(const Field *f, int b, int x, int y, int z, double F[8]);
 

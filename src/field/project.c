@@ -18,32 +18,29 @@ typedef struct Blend {
     bool cell; /* a alone, down its cells' own gradients */
 } Blend;
 
-static double blend_value(const Blend *f, Vec3 p, bool *known)
-{
+/* Where a point lies in the two fields. */
+typedef struct Place {
+    Spot a, b;
     bool in_a, in_b;
-    double va = field_value(f->a, p, NULL, &in_a);
-    if (!f->b) return *known = in_a, va;
-    double vb = field_value(f->b, p, NULL, &in_b);
-    *known = in_a || in_b;
-    return in_a && in_b ? (1 - f->t) * va + f->t * vb : in_a ? va : vb;
+} Place;
+
+static double blend_value(const Blend *f, Vec3 p, Place *at)
+{
+    at->in_a = field_locate(f->a, p, &at->a);
+    at->in_b = f->b && field_locate(f->b, p, &at->b);
+    if (!at->in_b) return at->in_a ? spot_value(f->a, &at->a) : -f->a->far;
+    double vb = spot_value(f->b, &at->b);
+    return at->in_a ? (1 - f->t) * spot_value(f->a, &at->a) + f->t * vb : vb;
 }
 
-static Vec3 cell_gradient(const Field *f, Vec3 p)
-{
-    Vec3 g;
-    field_value(f, p, &g, NULL);
-    return g;
-}
+static bool is_known(const Place *at) { return at->in_a || at->in_b; }
 
-static Vec3 blend_gradient(const Blend *f, Vec3 p)
+static Vec3 blend_gradient(const Blend *f, const Place *at)
 {
-    if (f->cell) return cell_gradient(f->a, p);
-    if (!f->b) return field_steer(f->a, p);
-    bool in_a, in_b;
-    field_value(f->a, p, NULL, &in_a);
-    field_value(f->b, p, NULL, &in_b);
-    if (in_a && in_b) return v_mix(field_steer(f->a, p), field_steer(f->b, p), f->t);
-    return field_steer(in_a ? f->a : f->b, p);
+    if (f->cell) return spot_cell_gradient(f->a, &at->a);
+    if (!at->in_b) return spot_steer(f->a, &at->a);
+    Vec3 gb = spot_steer(f->b, &at->b);
+    return at->in_a ? v_mix(spot_steer(f->a, &at->a), gb, f->t) : gb;
 }
 
 /* The zero between p (value Fp) and q (value Fq, of the other sign or 0), by the Illinois rule: false position, where an end that
@@ -54,8 +51,8 @@ static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq, d
     int stayed = 0; /* 1: p; -1: q */
     for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0 && v_len2(v_sub(q, p)) > width * width; k++) {
         Vec3 m = v_mix(p, q, wp / (wp - wq));
-        bool known;
-        double Fm = blend_value(f, m, &known);
+        Place at;
+        double Fm = blend_value(f, m, &at);
         if ((Fm > 0) == (Fp > 0)) {
             p = m, wp = Fp = Fm;
             if (stayed == -1) wq *= 0.5;
@@ -73,17 +70,17 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
 {
     const double voxel = f->a->voxel;
     Vec3 q = *p;
-    bool known;
-    double F = blend_value(f, q, &known);
-    for (int k = 0; k < NEWTON_MAX && known; k++) {
+    Place at;
+    double F = blend_value(f, q, &at);
+    for (int k = 0; k < NEWTON_MAX && is_known(&at); k++) {
         if (F == 0) return *p = q, LANDED;
-        Vec3 g = blend_gradient(f, q);
+        Vec3 g = blend_gradient(f, &at);
         double g2 = v_len2(g);
         if (!(g2 > 0)) return LANDING_LOST;
         double len = fabs(F) / sqrt(g2) * OVERSHOOT + ROOT_WIDTH_VOX * voxel;
         Vec3 next = v_axpy(q, (F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * voxel) / sqrt(g2), g);
-        double Fn = blend_value(f, next, &known);
-        if (!known) return LANDING_LOST;
+        double Fn = blend_value(f, next, &at);
+        if (!is_known(&at)) return LANDING_LOST;
         if ((Fn > 0) != (F > 0)) {
             next = root_between(f, q, F, next, Fn, ROOT_WIDTH_VOX * voxel);
             if (v_len2(v_sub(next, *p)) > reach * reach) return LANDING_LOST;
@@ -100,13 +97,13 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 {
     const Blend one = {.a = f};
     const double step = CAST_STEP_VOX * f->voxel;
-    bool known;
+    Place at;
     Vec3 q = *p;
-    double F = blend_value(&one, q, &known);
-    for (double way = 0; known && way < reach; way += step) {
+    double F = blend_value(&one, q, &at);
+    for (double way = 0; at.in_a && way < reach; way += step) {
         Vec3 next = v_axpy(q, real_min(step, reach - way), dir);
-        double Fn = blend_value(&one, next, &known);
-        if (known && (Fn > 0) != (F > 0)) {
+        double Fn = blend_value(&one, next, &at);
+        if (at.in_a && (Fn > 0) != (F > 0)) {
             const uint8_t landed = LANDED;
             Vec3 from = *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel);
             if (f->exact.sample) exact_land(f, 1, &from, p, &landed);

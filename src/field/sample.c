@@ -83,41 +83,39 @@ void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad)
     if (f->exact.sample && grad) exact_sample(f, n, p, F, grad);
 }
 
-/* One point's central differences, interpolated: the same numbers as the batch. */
-static double sample_one(const Field *f, Vec3 p, Vec3 *grad)
+Vec3 spot_gradient(const Field *f, const Spot *s)
 {
-    Spot s;
-    *grad = vec3(0, 0, 0);
-    if (!field_locate(f, p, &s)) return -f->far;
-    double w[3][2] = {{1 - s.x, s.x}, {1 - s.y, s.y}, {1 - s.z, s.z}}, F = 0, g[3] = {0, 0, 0};
+    double w[3][2] = {{1 - s->x, s->x}, {1 - s->y, s->y}, {1 - s->z, s->z}}, g[3] = {0, 0, 0};
     for (int c = 0; c < 8; c++) {
-        const float *v = s.v + (c & 1) + Y * (c >> 1 & 1) + Z * (c >> 2);
+        const float *v = s->v + (c & 1) + Y * (c >> 1 & 1) + Z * (c >> 2);
         double weight = w[0][c & 1] * w[1][c >> 1 & 1] * w[2][c >> 2];
-        F += weight * (double)v[0];
         g[0] += weight * 0.5 * ((double)v[1] - (double)v[-1]);
         g[1] += weight * 0.5 * ((double)v[Y] - (double)v[-Y]);
         g[2] += weight * 0.5 * ((double)v[Z] - (double)v[-Z]);
     }
-    *grad = affine_gradient(&f->xform, v_scale(vec3(g[0], g[1], g[2]), f->sign));
-    return f->sign * (F - f->iso);
+    return affine_gradient(&f->xform, v_scale(vec3(g[0], g[1], g[2]), f->sign));
 }
 
 Vec3 field_gradient(const Field *f, Vec3 p)
 {
-    Vec3 g;
-    double F = sample_one(f, p, &g);
-    if (f->exact.sample) exact_sample(f, 1, &p, &F, &g);
+    Spot s;
+    Vec3 g = field_locate(f, p, &s) ? spot_gradient(f, &s) : vec3(0, 0, 0);
+    if (f->exact.sample) exact_sample(f, 1, &p, &(double){0}, &g);
     return g;
+}
+
+Vec3 spot_steer(const Field *f, const Spot *spot)
+{
+    Vec3 smooth = spot_gradient(f, spot), cell = spot_cell_gradient(f, spot);
+    /* in a sheet thinner than two voxels the central differences see the other side: the cell knows better */
+    double s = v_len(smooth), c = v_len(cell);
+    return v_dot(smooth, cell) >= FIELD_STEER_COS * s * c && s > 0 ? smooth : cell;
 }
 
 Vec3 field_steer(const Field *f, Vec3 p)
 {
-    Vec3 smooth, cell;
-    sample_one(f, p, &smooth);
-    field_value(f, p, &cell, NULL);
-    /* in a sheet thinner than two voxels the central differences see the other side: the cell knows better */
-    double s = v_len(smooth), c = v_len(cell);
-    return v_dot(smooth, cell) >= FIELD_STEER_COS * s * c && s > 0 ? smooth : cell;
+    Spot s;
+    return field_locate(f, p, &s) ? spot_steer(f, &s) : vec3(0, 0, 0);
 }
 
 void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal)
