@@ -8,14 +8,16 @@
 enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 #define STEP_MAX_VOX 0.5      /* a Newton step's length: longer ones jump over thin sheets */
 #define CAST_STEP_VOX 0.25
-#define OVERSHOOT 1.001       /* lets a step that would end just short of the surface bracket it */
-#define ROOT_WIDTH_VOX 1e-9   /* the bracket a root is left with */
+#define OVERSHOOT 1.2         /* of a Newton step: from a bracket on, no more gradients are wanted */
+#define ROOT_VOX 1e-7         /* how near a root must be; float32 positions are no better */
+#define BLEND_ROOT_VOX 0.01   /* the same in a blend, from which points go on */
 
 /* The function followed: a alone, or the blend (1 - t) a + t b. */
 typedef struct Blend {
     const Field *a, *b;
     double t;
-    bool cell; /* a alone, down its cells' own gradients */
+    bool cell;   /* a alone, down its cells' own gradients */
+    double near; /* how near to its root a point must come, world units */
 } Blend;
 
 /* Where a point lies in the two fields. */
@@ -45,14 +47,17 @@ static Vec3 blend_gradient(const Blend *f, const Place *at)
 
 /* The zero between p (value Fp) and q (value Fq, of the other sign or 0), by the Illinois rule: false position, where an end that
  * stays for a second time counts half, so that both ends come near. */
-static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq, double width)
+static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq)
 {
     double wp = Fp, wq = Fq;
     int stayed = 0; /* 1: p; -1: q */
-    for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0 && v_len2(v_sub(q, p)) > width * width; k++) {
+    for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0; k++) {
+        double width = v_dist(p, q), slope = fabs(Fq - Fp) / width;
+        if (!(width > f->near)) break;
         Vec3 m = v_mix(p, q, wp / (wp - wq));
         Place at;
         double Fm = blend_value(f, m, &at);
+        if (fabs(Fm) <= f->near * slope) return m;
         if ((Fm > 0) == (Fp > 0)) {
             p = m, wp = Fp = Fm;
             if (stayed == -1) wq *= 0.5;
@@ -77,12 +82,12 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
         Vec3 g = blend_gradient(f, &at);
         double g2 = v_len2(g);
         if (!(g2 > 0)) return LANDING_LOST;
-        double len = fabs(F) / sqrt(g2) * OVERSHOOT + ROOT_WIDTH_VOX * voxel;
+        double len = fabs(F) / sqrt(g2) * OVERSHOOT + f->near;
         Vec3 next = v_axpy(q, (F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * voxel) / sqrt(g2), g);
         double Fn = blend_value(f, next, &at);
         if (!is_known(&at)) return LANDING_LOST;
         if ((Fn > 0) != (F > 0)) {
-            next = root_between(f, q, F, next, Fn, ROOT_WIDTH_VOX * voxel);
+            next = root_between(f, q, F, next, Fn);
             if (v_len2(v_sub(next, *p)) > reach * reach) return LANDING_LOST;
             return *p = next, LANDED;
         }
@@ -95,7 +100,7 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
 
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 {
-    const Blend one = {.a = f};
+    const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
     const double step = CAST_STEP_VOX * f->voxel;
     Place at;
     Vec3 q = *p;
@@ -105,7 +110,7 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
         double Fn = blend_value(&one, next, &at);
         if (at.in_a && (Fn > 0) != (F > 0)) {
             const uint8_t landed = LANDED;
-            Vec3 from = *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel);
+            Vec3 from = *p = root_between(&one, q, F, next, Fn);
             if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
             return true;
         }
@@ -117,7 +122,7 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 
 bool field_drop(const Field *f, Vec3 *p, double reach)
 {
-    const Blend one = {.a = f, .cell = true};
+    const Blend one = {.a = f, .cell = true, .near = ROOT_VOX * f->voxel};
     Vec3 from = *p;
     uint8_t status = (uint8_t)project_one(&one, p, reach);
     if (f->exact.sample) exact_land(f, 1, &from, p, &status);
@@ -163,10 +168,10 @@ static int project_all(Blend blend, int n, Vec3 *p, double reach, uint8_t *statu
 
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){.a = f}, n, p, reach, status);
+    return project_all((Blend){.a = f, .near = ROOT_VOX * f->voxel}, n, p, reach, status);
 }
 
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){.a = a, .b = b, .t = t}, n, p, reach, status);
+    return project_all((Blend){.a = a, .b = b, .t = t, .near = BLEND_ROOT_VOX * a->voxel}, n, p, reach, status);
 }
