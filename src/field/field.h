@@ -83,7 +83,7 @@ typedef enum Landing {
  * known they go on to its zero, if the trilinear surface crosses the cell that lies in. Returns how many are lost;
  * status may be NULL. */
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status);
-/* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
+/* The same on the blend (1 - t) a + t b, to a hundredth of a voxel; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
 /* The same of one point down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where
