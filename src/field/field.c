@@ -337,50 +337,11 @@ bool field_is_same(const Field *a, const Field *b)
 
 /* --- single values ------------------------------------------------------------------------------------------ */
 
-int field_brick(const Field *f, int x, int y, int z)
-{
-    if (!f->room) return f->nbrick ? map_get(&f->brick_at, key_coord(x >> 3, y >> 3, z >> 3)) : NONE;
-    int i = (x >> 3) - f->room_lo[0], j = (y >> 3) - f->room_lo[1], k = (z >> 3) - f->room_lo[2];
-    if ((unsigned)i >= (unsigned)f->room_n[0] || (unsigned)j >= (unsigned)f->room_n[1] || (unsigned)k >= (unsigned)f->room_n[2]) return NONE;
-    return f->room[(k * f->room_n[1] + j) * f->room_n[0] + i];
-}
-
 void field_cell(const Field *f, int b, int x, int y, int z, double F[8])
 {
     const int *o = f->origin[b];
     const float *v = f->value + (size_t)b * BRICK_SAMPLES + (x - o[0] + 1) + BRICK_SPAN * ((y - o[1] + 1) + BRICK_SPAN * (z - o[2] + 1));
     for (int c = 0; c < 8; c++) F[c] = f->sign * ((double)v[(c & 1) + BRICK_SPAN * (c >> 1 & 1) + BRICK_SPAN * BRICK_SPAN * (c >> 2)] - f->iso);
-}
-
-bool field_locate(const Field *f, Vec3 p, Spot *s)
-{
-    Vec3 q = affine_to_index(&f->xform, p);
-    const double limit = 1 << 20;
-    if (!(fabs(q.x) < limit && fabs(q.y) < limit && fabs(q.z) < limit)) return false;
-    int x = (int)(q.x + limit) - (1 << 20), y = (int)(q.y + limit) - (1 << 20), z = (int)(q.z + limit) - (1 << 20); /* floor */
-    int b = field_brick(f, x, y, z);
-    if (b == NONE) return false;
-    const int *o = f->origin[b];
-    s->v = f->value + (size_t)b * BRICK_SAMPLES + (x - o[0] + 1) + BRICK_SPAN * ((y - o[1] + 1) + BRICK_SPAN * (z - o[2] + 1));
-    s->x = q.x - x;
-    s->y = q.y - y;
-    s->z = q.z - z;
-    return true;
-}
-
-/* Trilinear value of the raw samples, and its derivatives over the cell where g is asked for. */
-static double trilinear(const Spot *s, Vec3 *g)
-{
-    const float *v = s->v;
-    enum { Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
-    double v0 = v[0], v1 = v[1], v2 = v[Y], v3 = v[Y + 1], v4 = v[Z], v5 = v[Z + 1], v6 = v[Z + Y], v7 = v[Z + Y + 1];
-    double a0 = v0 + s->x * (v1 - v0), a1 = v2 + s->x * (v3 - v2), a2 = v4 + s->x * (v5 - v4), a3 = v6 + s->x * (v7 - v6);
-    double b0 = a0 + s->y * (a1 - a0), b1 = a2 + s->y * (a3 - a2);
-    if (g) {
-        double x0 = (v1 - v0) + s->y * ((v3 - v2) - (v1 - v0)), x1 = (v5 - v4) + s->y * ((v7 - v6) - (v5 - v4));
-        *g = vec3(x0 + s->z * (x1 - x0), (a1 - a0) + s->z * ((a3 - a2) - (a1 - a0)), b1 - b0);
-    }
-    return b0 + s->z * (b1 - b0);
 }
 
 double field_value(const Field *f, Vec3 p, Vec3 *cell_grad, bool *known)
@@ -392,16 +353,20 @@ double field_value(const Field *f, Vec3 p, Vec3 *cell_grad, bool *known)
         if (cell_grad) *cell_grad = vec3(0, 0, 0);
         return -f->far;
     }
-    Vec3 g;
-    double F = f->sign * (trilinear(&s, cell_grad ? &g : NULL) - f->iso);
-    if (cell_grad) *cell_grad = affine_gradient(&f->xform, v_scale(g, f->sign));
-    return F;
+    if (cell_grad) *cell_grad = spot_cell_gradient(f, &s);
+    return spot_value(f, &s);
+}
+
+static inline double value_at(const Field *f, Vec3 p)
+{
+    Spot s;
+    return field_locate(f, p, &s) ? spot_value(f, &s) : -f->far;
 }
 
 bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c)
 {
     Vec3 n = v_scale(v_unit(v_area2(a, b, c)), 0.1 * f->voxel), corner[3] = {a, b, c};
     for (int k = 0; k < 3; k++)
-        if (!(field_value(f, v_add(corner[k], n), NULL, NULL) > field_value(f, v_sub(corner[k], n), NULL, NULL))) return false;
+        if (!(value_at(f, v_add(corner[k], n)) > value_at(f, v_sub(corner[k], n)))) return false;
     return true;
 }

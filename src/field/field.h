@@ -50,7 +50,13 @@ void field_free(Field *f);
 bool field_is_same(const Field *a, const Field *b);
 
 /* The brick that holds the cell of an index-space sample, or NONE. */
-int field_brick(const Field *f, int x, int y, int z);
+static inline int field_brick(const Field *f, int x, int y, int z)
+{
+    if (!f->room) return f->nbrick ? map_get(&f->brick_at, key_coord(x >> 3, y >> 3, z >> 3)) : NONE;
+    int i = (x >> 3) - f->room_lo[0], j = (y >> 3) - f->room_lo[1], k = (z >> 3) - f->room_lo[2];
+    if ((unsigned)i >= (unsigned)f->room_n[0] || (unsigned)j >= (unsigned)f->room_n[1] || (unsigned)k >= (unsigned)f->room_n[2]) return NONE;
+    return f->room[(k * f->room_n[1] + j) * f->room_n[0] + i];
+}
 /* The eight corner values of F of the cell at sample (x, y, z) of brick b; corner c at (c&1, c>>1&1, c>>2). */
 void field_cell(const Field *f, int b, int x, int y, int z, double F[8]);
 
@@ -79,7 +85,7 @@ typedef enum Landing {
  * known they go on to its zero, if the trilinear surface crosses the cell that lies in. Returns how many are lost;
  * status may be NULL. */
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status);
-/* The same on the blend (1 - t) a + t b; where only one of them is known there, that one. */
+/* The same on the blend (1 - t) a + t b, to a hundredth of a voxel; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
 /* The same of one point down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where

@@ -9,12 +9,54 @@ typedef struct Spot {
 } Spot;
 
 /* False where no brick holds the point. */
-bool field_locate(const Field *f, Vec3 p, Spot *s);
+static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
+{
+    Vec3 q = affine_to_index(&f->xform, p);
+    const double limit = 1 << 20;
+    if (!(fabs(q.x) < limit && fabs(q.y) < limit && fabs(q.z) < limit)) return false;
+    int x = (int)(q.x + limit) - (1 << 20), y = (int)(q.y + limit) - (1 << 20), z = (int)(q.z + limit) - (1 << 20); /* floor */
+    int b = field_brick(f, x, y, z);
+    if (b == NONE) return false;
+    s->v = f->value + (size_t)b * BRICK_SAMPLES + ((x & 7) + 1) + BRICK_SPAN * (((y & 7) + 1) + BRICK_SPAN * ((z & 7) + 1));
+    s->x = q.x - x;
+    s->y = q.y - y;
+    s->z = q.z - z;
+    return true;
+}
+
+/* F of the trilinear interpolant. */
+static inline double spot_value(const Field *f, const Spot *s)
+{
+    enum { Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
+    const float *v = s->v;
+    double v0 = v[0], v1 = v[1], v2 = v[Y], v3 = v[Y + 1], v4 = v[Z], v5 = v[Z + 1], v6 = v[Z + Y], v7 = v[Z + Y + 1];
+    double a0 = v0 + s->x * (v1 - v0), a1 = v2 + s->x * (v3 - v2), a2 = v4 + s->x * (v5 - v4), a3 = v6 + s->x * (v7 - v6);
+    double b0 = a0 + s->y * (a1 - a0), b1 = a2 + s->y * (a3 - a2);
+    return f->sign * (b0 + s->z * (b1 - b0) - f->iso);
+}
+
+/* Its gradient within the cell. */
+static inline Vec3 spot_cell_gradient(const Field *f, const Spot *s)
+{
+    enum { Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
+    const float *v = s->v;
+    double v0 = v[0], v1 = v[1], v2 = v[Y], v3 = v[Y + 1], v4 = v[Z], v5 = v[Z + 1], v6 = v[Z + Y], v7 = v[Z + Y + 1];
+    double a0 = v0 + s->x * (v1 - v0), a1 = v2 + s->x * (v3 - v2), a2 = v4 + s->x * (v5 - v4), a3 = v6 + s->x * (v7 - v6);
+    double b0 = a0 + s->y * (a1 - a0), b1 = a2 + s->y * (a3 - a2);
+    double x0 = (v1 - v0) + s->y * ((v3 - v2) - (v1 - v0)), x1 = (v5 - v4) + s->y * ((v7 - v6) - (v5 - v4));
+    Vec3 g = vec3(x0 + s->z * (x1 - x0), (a1 - a0) + s->z * ((a3 - a2) - (a1 - a0)), b1 - b0);
+    return affine_gradient(&f->xform, v_scale(g, f->sign));
+}
+
+/* The smooth gradient. */
+Vec3 spot_gradient(const Field *f, const Spot *s);
+/* The gradient to follow: the smooth one, or the cell's where the smooth one lies. */
+Vec3 spot_steer(const Field *f, const Spot *s);
 
 /* Below this cosine between the smooth gradient and the cell's own the smooth one is not believed. */
 #define FIELD_STEER_COS 0.3
 
-/* The gradient to follow at a point: the smooth one, or the cell's where the smooth one lies. */
+/* The same of a point; 0 where no brick holds it. */
 Vec3 field_steer(const Field *f, Vec3 p);
 
 /* --- exact.c: for fields whose function is known ---------------------------------------------------------------------- */

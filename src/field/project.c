@@ -8,54 +8,56 @@
 enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 #define STEP_MAX_VOX 0.5      /* a Newton step's length: longer ones jump over thin sheets */
 #define CAST_STEP_VOX 0.25
-#define OVERSHOOT 1.001       /* lets a step that would end just short of the surface bracket it */
-#define ROOT_WIDTH_VOX 1e-9   /* the bracket a root is left with */
+#define OVERSHOOT 1.05        /* of a Newton step: from a bracket on, no more gradients are wanted */
+#define ROOT_VOX 1e-9         /* how near to its root a point comes, to first order */
+#define BLEND_ROOT_VOX 0.01   /* the same in a blend, from which points go on */
 
 /* The function followed: a alone, or the blend (1 - t) a + t b. */
 typedef struct Blend {
     const Field *a, *b;
     double t;
-    bool cell; /* a alone, down its cells' own gradients */
+    bool cell;   /* a alone, down its cells' own gradients */
+    double near; /* how near to its root a point must come, world units */
 } Blend;
 
-static double blend_value(const Blend *f, Vec3 p, bool *known)
-{
+/* Where a point lies in the two fields. */
+typedef struct Place {
+    Spot a, b;
     bool in_a, in_b;
-    double va = field_value(f->a, p, NULL, &in_a);
-    if (!f->b) return *known = in_a, va;
-    double vb = field_value(f->b, p, NULL, &in_b);
-    *known = in_a || in_b;
-    return in_a && in_b ? (1 - f->t) * va + f->t * vb : in_a ? va : vb;
+} Place;
+
+static double blend_value(const Blend *f, Vec3 p, Place *at)
+{
+    at->in_a = field_locate(f->a, p, &at->a);
+    at->in_b = f->b && field_locate(f->b, p, &at->b);
+    if (!at->in_b) return at->in_a ? spot_value(f->a, &at->a) : -f->a->far;
+    double vb = spot_value(f->b, &at->b);
+    return at->in_a ? (1 - f->t) * spot_value(f->a, &at->a) + f->t * vb : vb;
 }
 
-static Vec3 cell_gradient(const Field *f, Vec3 p)
-{
-    Vec3 g;
-    field_value(f, p, &g, NULL);
-    return g;
-}
+static bool is_known(const Place *at) { return at->in_a || at->in_b; }
 
-static Vec3 blend_gradient(const Blend *f, Vec3 p)
+static Vec3 blend_gradient(const Blend *f, const Place *at)
 {
-    if (f->cell) return cell_gradient(f->a, p);
-    if (!f->b) return field_steer(f->a, p);
-    bool in_a, in_b;
-    field_value(f->a, p, NULL, &in_a);
-    field_value(f->b, p, NULL, &in_b);
-    if (in_a && in_b) return v_mix(field_steer(f->a, p), field_steer(f->b, p), f->t);
-    return field_steer(in_a ? f->a : f->b, p);
+    if (f->cell) return spot_cell_gradient(f->a, &at->a);
+    if (!at->in_b) return spot_steer(f->a, &at->a);
+    Vec3 gb = spot_steer(f->b, &at->b);
+    return at->in_a ? v_mix(spot_steer(f->a, &at->a), gb, f->t) : gb;
 }
 
 /* The zero between p (value Fp) and q (value Fq, of the other sign or 0), by the Illinois rule: false position, where an end that
  * stays for a second time counts half, so that both ends come near. */
-static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq, double width)
+static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq)
 {
     double wp = Fp, wq = Fq;
     int stayed = 0; /* 1: p; -1: q */
-    for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0 && v_len2(v_sub(q, p)) > width * width; k++) {
+    for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0; k++) {
+        double width = v_dist(p, q), slope = fabs(Fq - Fp) / width;
+        if (!(width > f->near)) break;
         Vec3 m = v_mix(p, q, wp / (wp - wq));
-        bool known;
-        double Fm = blend_value(f, m, &known);
+        Place at;
+        double Fm = blend_value(f, m, &at);
+        if (fabs(Fm) <= f->near * slope) return m;
         if ((Fm > 0) == (Fp > 0)) {
             p = m, wp = Fp = Fm;
             if (stayed == -1) wq *= 0.5;
@@ -73,19 +75,19 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
 {
     const double voxel = f->a->voxel;
     Vec3 q = *p;
-    bool known;
-    double F = blend_value(f, q, &known);
-    for (int k = 0; k < NEWTON_MAX && known; k++) {
+    Place at;
+    double F = blend_value(f, q, &at);
+    for (int k = 0; k < NEWTON_MAX && is_known(&at); k++) {
         if (F == 0) return *p = q, LANDED;
-        Vec3 g = blend_gradient(f, q);
+        Vec3 g = blend_gradient(f, &at);
         double g2 = v_len2(g);
         if (!(g2 > 0)) return LANDING_LOST;
-        double len = fabs(F) / sqrt(g2) * OVERSHOOT + ROOT_WIDTH_VOX * voxel;
+        double len = fabs(F) / sqrt(g2) * OVERSHOOT + f->near;
         Vec3 next = v_axpy(q, (F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * voxel) / sqrt(g2), g);
-        double Fn = blend_value(f, next, &known);
-        if (!known) return LANDING_LOST;
+        double Fn = blend_value(f, next, &at);
+        if (!is_known(&at)) return LANDING_LOST;
         if ((Fn > 0) != (F > 0)) {
-            next = root_between(f, q, F, next, Fn, ROOT_WIDTH_VOX * voxel);
+            next = root_between(f, q, F, next, Fn);
             if (v_len2(v_sub(next, *p)) > reach * reach) return LANDING_LOST;
             return *p = next, LANDED;
         }
@@ -98,17 +100,17 @@ static Landing project_one(const Blend *f, Vec3 *p, double reach)
 
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 {
-    const Blend one = {.a = f};
+    const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
     const double step = CAST_STEP_VOX * f->voxel;
-    bool known;
+    Place at;
     Vec3 q = *p;
-    double F = blend_value(&one, q, &known);
-    for (double way = 0; known && way < reach; way += step) {
+    double F = blend_value(&one, q, &at);
+    for (double way = 0; at.in_a && way < reach; way += step) {
         Vec3 next = v_axpy(q, real_min(step, reach - way), dir);
-        double Fn = blend_value(&one, next, &known);
-        if (known && (Fn > 0) != (F > 0)) {
+        double Fn = blend_value(&one, next, &at);
+        if (at.in_a && (Fn > 0) != (F > 0)) {
             const uint8_t landed = LANDED;
-            Vec3 from = *p = root_between(&one, q, F, next, Fn, ROOT_WIDTH_VOX * f->voxel);
+            Vec3 from = *p = root_between(&one, q, F, next, Fn);
             if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
             return true;
         }
@@ -120,7 +122,7 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
 
 bool field_drop(const Field *f, Vec3 *p, double reach)
 {
-    const Blend one = {.a = f, .cell = true};
+    const Blend one = {.a = f, .cell = true, .near = ROOT_VOX * f->voxel};
     Vec3 from = *p;
     uint8_t status = (uint8_t)project_one(&one, p, reach);
     if (f->exact.sample) exact_land(f, 1, &from, p, &status);
@@ -166,10 +168,10 @@ static int project_all(Blend blend, int n, Vec3 *p, double reach, uint8_t *statu
 
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){.a = f}, n, p, reach, status);
+    return project_all((Blend){.a = f, .near = ROOT_VOX * f->voxel}, n, p, reach, status);
 }
 
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status)
 {
-    return project_all((Blend){.a = a, .b = b, .t = t}, n, p, reach, status);
+    return project_all((Blend){.a = a, .b = b, .t = t, .near = BLEND_ROOT_VOX * a->voxel}, n, p, reach, status);
 }

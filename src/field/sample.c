@@ -83,41 +83,47 @@ void field_sample(const Field *f, int n, const Vec3 *p, double *F, Vec3 *grad)
     if (f->exact.sample && grad) exact_sample(f, n, p, F, grad);
 }
 
-/* One point's central differences, interpolated: the same numbers as the batch. */
-static double sample_one(const Field *f, Vec3 p, Vec3 *grad)
+/* The central differences along one axis, interpolated: `step` to the next sample along it, t of the way; the other axes
+ * likewise. */
+static inline double slope_along(const float *v, int step, double t, int step1, double t1, int step2, double t2)
 {
-    Spot s;
-    *grad = vec3(0, 0, 0);
-    if (!field_locate(f, p, &s)) return -f->far;
-    double w[3][2] = {{1 - s.x, s.x}, {1 - s.y, s.y}, {1 - s.z, s.z}}, F = 0, g[3] = {0, 0, 0};
-    for (int c = 0; c < 8; c++) {
-        const float *v = s.v + (c & 1) + Y * (c >> 1 & 1) + Z * (c >> 2);
-        double weight = w[0][c & 1] * w[1][c >> 1 & 1] * w[2][c >> 2];
-        F += weight * (double)v[0];
-        g[0] += weight * 0.5 * ((double)v[1] - (double)v[-1]);
-        g[1] += weight * 0.5 * ((double)v[Y] - (double)v[-Y]);
-        g[2] += weight * 0.5 * ((double)v[Z] - (double)v[-Z]);
+    double d[4];
+    for (int k = 0; k < 4; k++) {
+        const float *row = v + (k & 1 ? step1 : 0) + (k & 2 ? step2 : 0);
+        double below = (double)row[step] - (double)row[-step], above = (double)row[2 * step] - (double)row[0];
+        d[k] = below + t * (above - below);
     }
-    *grad = affine_gradient(&f->xform, v_scale(vec3(g[0], g[1], g[2]), f->sign));
-    return f->sign * (F - f->iso);
+    double a = d[0] + t1 * (d[1] - d[0]), b = d[2] + t1 * (d[3] - d[2]);
+    return 0.5 * (a + t2 * (b - a));
+}
+
+Vec3 spot_gradient(const Field *f, const Spot *s)
+{
+    double gx = slope_along(s->v, 1, s->x, Y, s->y, Z, s->z), gy = slope_along(s->v, Y, s->y, 1, s->x, Z, s->z);
+    double gz = slope_along(s->v, Z, s->z, 1, s->x, Y, s->y);
+    return affine_gradient(&f->xform, v_scale(vec3(gx, gy, gz), f->sign));
 }
 
 Vec3 field_gradient(const Field *f, Vec3 p)
 {
-    Vec3 g;
-    double F = sample_one(f, p, &g);
-    if (f->exact.sample) exact_sample(f, 1, &p, &F, &g);
+    Spot s;
+    Vec3 g = field_locate(f, p, &s) ? spot_gradient(f, &s) : vec3(0, 0, 0);
+    if (f->exact.sample) exact_sample(f, 1, &p, &(double){0}, &g);
     return g;
+}
+
+Vec3 spot_steer(const Field *f, const Spot *spot)
+{
+    Vec3 smooth = spot_gradient(f, spot), cell = spot_cell_gradient(f, spot);
+    /* in a sheet thinner than two voxels the central differences see the other side: the cell knows better */
+    double s = v_len(smooth), c = v_len(cell);
+    return v_dot(smooth, cell) >= FIELD_STEER_COS * s * c && s > 0 ? smooth : cell;
 }
 
 Vec3 field_steer(const Field *f, Vec3 p)
 {
-    Vec3 smooth, cell;
-    sample_one(f, p, &smooth);
-    field_value(f, p, &cell, NULL);
-    /* in a sheet thinner than two voxels the central differences see the other side: the cell knows better */
-    double s = v_len(smooth), c = v_len(cell);
-    return v_dot(smooth, cell) >= FIELD_STEER_COS * s * c && s > 0 ? smooth : cell;
+    Spot s;
+    return field_locate(f, p, &s) ? spot_steer(f, &s) : vec3(0, 0, 0);
 }
 
 void field_normals(const Field *f, int n, const Vec3 *p, Vec3 *normal)

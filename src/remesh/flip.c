@@ -2,6 +2,15 @@
 
 #define WANTED_LOSS 0.15 /* of quality, that an edge wanted may cost: less than the gain for which it would be flipped back */
 
+/* Would the other diagonal of the quad a d b c around h make its worse triangle better by `gain`? */
+static bool gains(const Remesh *r, int h, double gain)
+{
+    const Mesh *m = r->mesh;
+    Vec3 a = m->pos[he_from(m, h)], b = m->pos[he_to(m, h)], c = m->pos[m->corner[he_prev(h)]], d = m->pos[m->corner[he_prev(m->opp[h])]];
+    double least = real_min(triangle_quality(a, b, c), triangle_quality(b, a, d)) + gain;
+    return least <= 1 && triangle_quality(d, c, a) >= least && triangle_quality(c, d, b) >= least;
+}
+
 /* What the quad a d b c around h looks like with either diagonal. */
 static void compare_diagonals(const Remesh *r, int h, Fitness *now, Fitness *then, double *length)
 {
@@ -41,11 +50,11 @@ int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
     Mesh *m = r->mesh;
     int flips = 0;
     for (int h = 0; h < 3 * m->ntri; h++) {
-        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h)) continue;
+        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h) || !gains(r, h, gain)) continue;
         Fitness now, then;
         double length;
         compare_diagonals(r, h, &now, &then, &length);
-        if (then.quality < now.quality + gain || length > limits->longest * r->edge) continue;
+        if (length > limits->longest * r->edge) continue;
         if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) continue;
         mesh_flip_edge(m, h);
         flips++;

@@ -1,7 +1,9 @@
 /* heal.c: inverted triangles (GI'07 2.6) that forces did not turn back. */
 #include "remesh/remesh_priv.h"
 
-enum { ROUNDS_MAX = 6 };
+#include "base/thread.h"
+
+enum { ROUNDS_MAX = 6, GRAIN = 512 };
 #define OFF_SURFACE_VOX 0.02 /* to first order: a vertex farther from the surface did not land */
 
 static bool inverted_with(const Remesh *r, int t, int v, Vec3 p)
@@ -94,14 +96,31 @@ static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
     return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
+static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t) && inverted_with(r, t, NONE, vec3(0, 0, 0)); }
+
+/* What is wrong, looked for before any of it is put right: mostly nothing is. */
+typedef struct Search {
+    const Remesh *r;
+    const uint8_t *frozen;
+    uint8_t *wrong; /* [ntri] or [nvert] */
+} Search;
+
+static void search_inverted(void *ctx, int begin, int end)
+{
+    Search *s = ctx;
+    for (int t = begin; t < end; t++) s->wrong[t] = is_inverted(s->r, t);
+}
+
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 {
-    Mesh *m = r->mesh;
+    const int ntri = r->mesh->ntri; /* healing makes no new triangles */
+    uint8_t *wrong = NEW(uint8_t, ntri);
     int left = 0;
     for (int round = 0; round < ROUNDS_MAX; round++) {
         int seen = 0, healed = 0;
-        for (int t = 0; t < m->ntri; t++) {
-            if (tri_is_dead(m, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
+        parallel_for(ntri, GRAIN, search_inverted, &(Search){r, frozen, wrong});
+        for (int t = 0; t < ntri; t++) {
+            if (!wrong[t] || !is_inverted(r, t)) continue;
             seen++;
             if (is_frozen(r, t, frozen)) continue;
             healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);
@@ -110,6 +129,7 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
         left = seen;
         if (!seen || !healed) break;
     }
+    mem_free(wrong);
     return left;
 }
 
@@ -153,13 +173,22 @@ static bool collapse_home(Remesh *r, int v)
     return false;
 }
 
+static void search_astray(void *ctx, int begin, int end)
+{
+    Search *s = ctx;
+    for (int v = begin; v < end; v++) s->wrong[v] = !vert_is_dead(s->r->mesh, v) && !is_held(s->r, v, s->frozen) && is_astray(s->r, v);
+}
+
 int remesh_rehome(Remesh *r, const uint8_t *frozen)
 {
     if (!r->home) return 0;
     Mesh *m = r->mesh;
+    const int nvert = m->nvert;
+    uint8_t *wrong = NEW(uint8_t, nvert);
     int left = 0;
-    for (int v = 0; v < m->nvert; v++) {
-        if (vert_is_dead(m, v) || is_held(r, v, frozen) || !is_astray(r, v)) continue;
+    parallel_for(nvert, GRAIN, search_astray, &(Search){r, frozen, wrong});
+    for (int v = 0; v < nvert; v++) {
+        if (!wrong[v] || vert_is_dead(m, v)) continue;
         Vec3 p = m->pos[v];
         if (remesh_land_point(r, v, &p, 0.5 * r->edge) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
             m->pos[v] = p;
@@ -168,5 +197,6 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen)
             left += !move_home(r, v) && !collapse_home(r, v);
         }
     }
+    mem_free(wrong);
     return left;
 }

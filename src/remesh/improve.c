@@ -6,24 +6,38 @@ enum { PASSES = 3, TRIES = 3 };
 #define GAIN 0.005
 #define REACH 0.3     /* a landing is at most this far from its target, in edges wanted */
 
-typedef struct Ring {
-    Fitness worst;
-    double deviation;
-} Ring;
-
-/* The triangles around v if it stood at p, where the normal is n. */
-static Ring look_at_ring(const Remesh *r, int v, Vec3 p, Vec3 n, bool far)
+/* The poorest of the triangles around v if it stood at p, where the normal is n. */
+static Fitness ring_fitness(const Remesh *r, int v, Vec3 p, Vec3 n)
 {
     const Mesh *m = r->mesh;
-    Ring ring = {fitness_best(), 0};
+    Fitness worst = fitness_best();
     int h = m->out[v];
     do {
         int a = he_to(m, h), b = m->corner[he_prev(h)];
-        Vec3 q[3] = {p, m->pos[a], m->pos[b]};
-        fitness_worsen(&ring.worst, triangle_fitness(q, (Vec3[3]){n, r->normal[a], r->normal[b]}));
-        if (far) ring.deviation = real_max(ring.deviation, triangle_deviation(r->field, q));
+        fitness_worsen(&worst, triangle_fitness((Vec3[3]){p, m->pos[a], m->pos[b]}, (Vec3[3]){n, r->normal[a], r->normal[b]}));
     } while ((h = he_around(m, h)) != m->out[v]);
-    return ring;
+    return worst;
+}
+
+static double ring_deviation(const Remesh *r, int v, Vec3 p)
+{
+    const Mesh *m = r->mesh;
+    double worst = 0;
+    int h = m->out[v];
+    do worst = real_max(worst, triangle_deviation(r->field, (Vec3[3]){p, m->pos[he_to(m, h)], m->pos[m->corner[he_prev(h)]]}));
+    while ((h = he_around(m, h)) != m->out[v]);
+    return worst;
+}
+
+/* Is any of them poorer than `least`? */
+static bool is_poor(const Remesh *r, int v, Vec3 p, double least)
+{
+    const Mesh *m = r->mesh;
+    int h = m->out[v];
+    do
+        if (triangle_quality(p, m->pos[he_to(m, h)], m->pos[m->corner[he_prev(h)]]) < least) return true;
+    while ((h = he_around(m, h)) != m->out[v]);
+    return false;
 }
 
 /* The mean of the places where the triangles around v would be equilateral, the poorest counting most. */
@@ -36,7 +50,7 @@ static Vec3 find_target(const Remesh *r, int v)
     do {
         Vec3 p = m->pos[v], a = m->pos[he_to(m, h)], b = m->pos[m->corner[he_prev(h)]];
         Vec3 up = v_cross(v_area2(p, a, b), v_sub(b, a)); /* in the triangle, from its edge towards v */
-        double l = v_len(up), q = triangle_fitness((Vec3[3]){p, a, b}, (Vec3[3]){p, p, p}).quality, w = 1 / (real_max(q, 0.05) * real_max(q, 0.05));
+        double l = v_len(up), q = triangle_quality(p, a, b), w = 1 / (real_max(q, 0.05) * real_max(q, 0.05));
         if (!(l > 0)) continue;
         sum = v_axpy(sum, w, v_axpy(v_mid(a, b), 0.8660254037844386 * v_dist(a, b) / l, up));
         weight += w;
@@ -48,17 +62,17 @@ static bool improve_vertex(Remesh *r, int v)
 {
     Mesh *m = r->mesh;
     Vec3 was = m->pos[v];
-    if (look_at_ring(r, v, was, r->normal[v], false).worst.quality >= POOR) return false;
-    Ring before = look_at_ring(r, v, was, r->normal[v], true);
+    Fitness before = ring_fitness(r, v, was, r->normal[v]);
     Vec3 target = find_target(r, v);
     for (int k = 0; k < TRIES; k++) {
         Vec3 p = v_mix(was, target, 1.0 / (1 << k));
-        if (!remesh_land_point(r, v, &p, REACH * r->edge)) continue;
+        if (is_poor(r, v, p, before.quality + GAIN) || !remesh_land_point(r, v, &p, REACH * r->edge)) continue;
         Vec3 n = remesh_normal_at(r, p);
         if (v_dot(n, r->normal[v]) <= 0) continue;
-        Ring after = look_at_ring(r, v, p, n, true);
-        if (after.worst.quality < before.worst.quality + GAIN || after.worst.facing < real_min(LIMITS_EDIT.facing, before.worst.facing)) continue;
-        if (after.deviation > real_max(LIMITS_EDIT.deviation_vox, before.deviation)) continue;
+        Fitness after = ring_fitness(r, v, p, n);
+        if (after.quality < before.quality + GAIN || after.facing < real_min(LIMITS_EDIT.facing, before.facing)) continue;
+        double far = ring_deviation(r, v, p);
+        if (far > LIMITS_EDIT.deviation_vox && far > ring_deviation(r, v, was)) continue;
         m->pos[v] = p;
         r->normal[v] = n;
         return true;
@@ -66,12 +80,28 @@ static bool improve_vertex(Remesh *r, int v)
     return false;
 }
 
+static void wake_ring(const Mesh *m, int v, uint8_t *settled)
+{
+    int h = m->out[v];
+    settled[v] = 0;
+    do settled[he_to(m, h)] = 0;
+    while ((h = he_around(m, h)) != m->out[v]);
+}
+
 void remesh_improve(Remesh *r, const uint8_t *held)
 {
+    const Mesh *m = r->mesh;
+    uint8_t *settled = NEW0(uint8_t, m->nvert); /* nothing around the vertex has moved since it was last looked at */
     int moved = 1;
     for (int k = 0; k < PASSES && moved; k++) {
         moved = 0;
-        for (int v = 0; v < r->mesh->nvert; v++)
-            if (!vert_is_dead(r->mesh, v) && !(held && held[v]) && remesh_in_zone(r, v)) moved += improve_vertex(r, v);
+        for (int v = 0; v < m->nvert; v++) {
+            if (settled[v] || vert_is_dead(m, v) || (held && held[v]) || !remesh_in_zone(r, v)) continue;
+            settled[v] = 1;
+            if (!is_poor(r, v, m->pos[v], POOR) || !improve_vertex(r, v)) continue;
+            wake_ring(m, v, settled);
+            moved++;
+        }
     }
+    mem_free(settled);
 }

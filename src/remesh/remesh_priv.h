@@ -27,6 +27,12 @@ typedef struct Fitness {
 
 static inline Fitness fitness_best(void) { return (Fitness){1, 1}; }
 Fitness triangle_fitness(const Vec3 p[3], const Vec3 n[3]);
+/* The quality alone. */
+static inline double triangle_quality(Vec3 a, Vec3 b, Vec3 c)
+{
+    double area2 = v_len(v_area2(a, b, c)), sum = v_len2(v_sub(b, a)) + v_len2(v_sub(c, b)) + v_len2(v_sub(a, c));
+    return area2 > 0 ? 3.4641016151377544 * area2 / sum : 0;
+}
 void fitness_worsen(Fitness *f, Fitness by);
 static inline bool fitness_allows(Fitness before, Fitness after, const Limits *limits)
 {

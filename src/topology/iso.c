@@ -80,17 +80,36 @@ static void add_cell(Builder *b, int brick, int local, const double F[8])
     iso->tunnels += t.tunnel[0] != NONE;
 }
 
+/* Which of the 9^3 samples of a brick's cells are inside: a bit each, a row along x. */
+static void find_inside(const Field *f, int brick, unsigned row[9][9])
+{
+    const float *v = f->value + (size_t)brick * BRICK_SAMPLES + 1 + BRICK_SPAN + BRICK_SPAN * BRICK_SPAN;
+    for (int z = 0; z < 9; z++)
+        for (int y = 0; y < 9; y++) {
+            const float *s = v + BRICK_SPAN * (y + BRICK_SPAN * z);
+            row[z][y] = 0;
+            for (int x = 0; x < 9; x++) row[z][y] |= (unsigned)(f->sign * ((double)s[x] - f->iso) > 0) << x;
+        }
+}
+
 static void scan_brick(Builder *b, int brick)
 {
     const Field *f = b->iso->field;
     const int *o = f->origin[brick];
-    for (int local = 0; local < LOCAL; local++) {
-        double F[8];
-        field_cell(f, brick, o[0] + (local & 7), o[1] + (local >> 3 & 7), o[2] + (local >> 6), F);
-        int inside = 0;
-        for (int c = 0; c < 8; c++) inside += F[c] > 0;
-        if (inside != 0 && inside != 8) add_cell(b, brick, local, F);
-    }
+    unsigned row[9][9];
+    find_inside(f, brick, row);
+    for (int z = 0; z < 8; z++)
+        for (int y = 0; y < 8; y++) {
+            unsigned any = row[z][y] | row[z][y + 1] | row[z + 1][y] | row[z + 1][y + 1];
+            unsigned all = row[z][y] & row[z][y + 1] & row[z + 1][y] & row[z + 1][y + 1];
+            unsigned crossed = (any | any >> 1) & ~(all & all >> 1) & 0xff;
+            for (int x = 0; crossed >> x; x++) {
+                if (!(crossed >> x & 1)) continue;
+                double F[8];
+                field_cell(f, brick, o[0] + x, o[1] + y, o[2] + z, F);
+                add_cell(b, brick, (z * 8 + y) * 8 + x, F);
+            }
+        }
 }
 
 /* --- components ----------------------------------------------------------------------------------------------- */

@@ -4,6 +4,7 @@
 #include "base/thread.h"
 
 enum { GRAIN = 512 };
+#define FLAT_COS 0.97  /* 14 degrees; a feature turns by 40 */
 #define STEP_MAX 0.3 /* a vertex moves at most this far in a step, in edges wanted */
 
 typedef struct TriJob {
@@ -12,6 +13,19 @@ typedef struct TriJob {
     uint8_t *inverted; /* [ntri] */
 } TriJob;
 
+/* A triangle that faces as the field does at its corners, all nearly alike, holds no feature and is not inverted: the corners'
+ * mean normal serves for the centroid's. */
+static bool is_flat(const Remesh *r, int t, Vec3 *normal)
+{
+    const int32_t *c = r->mesh->corner + 3 * t;
+    Vec3 n = v_unit(v_area2(r->mesh->pos[c[0]], r->mesh->pos[c[1]], r->mesh->pos[c[2]]));
+    double least = 1;
+    for (int k = 0; k < 3; k++) least = real_min(least, v_dot(n, r->normal[c[k]]));
+    if (least < FLAT_COS) return false;
+    *normal = v_unit(v_add(v_add(r->normal[c[0]], r->normal[c[1]]), r->normal[c[2]]));
+    return true;
+}
+
 static void tri_block(void *ctx, int begin, int end)
 {
     TriJob *job = ctx;
@@ -19,6 +33,7 @@ static void tri_block(void *ctx, int begin, int end)
     for (int t = begin; t < end; t++) {
         Vec3 a = m->pos[m->corner[3 * t]], b = m->pos[m->corner[3 * t + 1]], c = m->pos[m->corner[3 * t + 2]];
         Vec3 centroid = v_scale(v_add(v_add(a, b), c), 1.0 / 3);
+        if (is_flat(job->r, t, &job->normal[t])) continue; /* job->inverted starts at 0 */
         field_normals(job->r->field, 1, &centroid, &job->normal[t]);
         job->inverted[t] = field_triangle_inverted(job->r->field, a, b, c);
     }
@@ -27,7 +42,7 @@ static void tri_block(void *ctx, int begin, int end)
 void track_relax(Track *tr, Remesh *r, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
-    TriJob job = {r, NEW(Vec3, m->ntri), NEW(uint8_t, m->ntri)};
+    TriJob job = {r, NEW(Vec3, m->ntri), NEW0(uint8_t, m->ntri)};
     Vec3 *dx = NEW(Vec3, m->nvert);
     parallel_for(m->ntri, GRAIN, tri_block, &job);
     MechanicsProblem prob = {.nvert = m->nvert, .ntri = m->ntri, .pos = m->pos, .tri = m->corner, .normal = r->normal,

@@ -117,7 +117,7 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
             "$twinmesh" diff $how.$kind.glb out --kind $kind --tolerance 0.001 --normals 1 --quiet
             "$twinmesh" diff $how.$kind.glb $how.$kind.gltf --quiet
         done
-        "$twinmesh" info $how.geometric.glb | grep -q 'to: 21.97'
+        "$twinmesh" info $how.geometric.glb | grep -q 'to: 21.9'
     done
     [ "$(stat -c %s quantize.geometric.glb)" -lt $(($(stat -c %s out.geometric.glb) * 7 / 10)) ]
     [ "$(stat -c %s meshopt.geometric.glb)" -lt $(($(stat -c %s quantize.geometric.glb) * 7 / 10)) ]
