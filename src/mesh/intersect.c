@@ -1,23 +1,19 @@
 /* intersect.c: all pairs at once. Triangles in Morton order, LEAF to a leaf of a balanced tree of boxes; each leaf searches
  * the tree for those that its box meets. Sizes may differ by any factor. */
-#include "mesh/intersect_priv.h"
+#include "mesh/intersect.h"
 
 #include "base/thread.h"
+#include "mesh/facet.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = 16, GRAIN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
+enum { LEAF = BOX_ROW, GRAIN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
 
 typedef struct PairList {
     int n, cap;
     TriPair *pair;
 } PairList;
-
-/* The boxes of a leaf's triangles, in columns: one loop tests a box against all. */
-typedef struct Leaf {
-    float lo[3][LEAF], hi[3][LEAF];
-} Leaf;
 
 typedef struct Tree {
     const uint8_t *look;   /* [ntri] or NULL */
@@ -25,7 +21,7 @@ typedef struct Tree {
     int32_t *tri;          /* [n] in Morton order */
     Facet *facet;          /* [n] */
     Box32 *box;            /* [n] */
-    Leaf *leaf;            /* [nleaf] */
+    BoxRow *leaf;          /* [nleaf] */
     int nleaf, first_leaf; /* nodes from first_leaf on are leaves; node i has children 2 i and 2 i + 1, the root is 1 */
     Box32 *node;           /* [2 * first_leaf] */
     PairList *found;       /* [blocks of GRAIN leaves] */
@@ -56,11 +52,6 @@ static void sort_keys(uint64_t *key, int n)
     mem_free(other);
 }
 
-static Box32 box_none(void)
-{
-    return (Box32){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-}
-
 static void box_grow(Box32 *a, const Box32 *b)
 {
     for (int k = 0; k < 3; k++) {
@@ -87,7 +78,7 @@ static void corners_of(const TriSoup *s, int t, Vec3 p[3])
 
 static int sort_triangles(const TriSoup *s, uint64_t *key)
 {
-    Box32 all = box_none(), *box = NEW(Box32, s->ntri);
+    Box32 all = box32_none(), *box = NEW(Box32, s->ntri);
     Vec3 p[3];
     int n = 0;
     for (int t = 0; t < s->ntri; t++) {
@@ -105,20 +96,15 @@ static int sort_triangles(const TriSoup *s, uint64_t *key)
 
 /* --- the tree ------------------------------------------------------------------------------------------------------------ */
 
-static void leaf_set(Leaf *leaf, int at, Box32 b)
-{
-    for (int k = 0; k < 3; k++) leaf->lo[k][at] = b.lo[k], leaf->hi[k][at] = b.hi[k];
-}
-
 static void build_nodes(Tree *tree)
 {
     tree->nleaf = (tree->n + LEAF - 1) / LEAF;
     tree->first_leaf = 1;
     while (tree->first_leaf < tree->nleaf) tree->first_leaf *= 2;
     tree->node = NEW(Box32, 2 * tree->first_leaf);
-    tree->leaf = NEW(Leaf, tree->nleaf);
-    for (int i = 0; i < 2 * tree->first_leaf; i++) tree->node[i] = box_none();
-    for (int i = 0; i < tree->nleaf * LEAF; i++) leaf_set(&tree->leaf[i / LEAF], i % LEAF, i < tree->n ? tree->box[i] : box_none());
+    tree->leaf = NEW(BoxRow, tree->nleaf);
+    for (int i = 0; i < 2 * tree->first_leaf; i++) tree->node[i] = box32_none();
+    for (int i = 0; i < tree->nleaf * LEAF; i++) boxrow_set(&tree->leaf[i / LEAF], i % LEAF, i < tree->n ? tree->box[i] : box32_none());
     for (int i = 0; i < tree->n; i++) box_grow(&tree->node[tree->first_leaf + i / LEAF], &tree->box[i]);
     for (int i = tree->first_leaf - 1; i > 0; i--) {
         box_grow(&tree->node[i], &tree->node[2 * i]);
@@ -166,20 +152,11 @@ static void pair_add(PairList *list, int a, int b)
 
 static bool is_looked_at(const Tree *tree, int i) { return !tree->look || tree->look[tree->tri[i]]; }
 
-static void leaf_test(const Leaf *leaf, const Box32 *b, uint8_t hit[LEAF])
-{
-    int meets[LEAF];
-    for (int i = 0; i < LEAF; i++)
-        meets[i] = (leaf->lo[0][i] <= b->hi[0]) & (b->lo[0] <= leaf->hi[0][i]) & (leaf->lo[1][i] <= b->hi[1]) &
-                   (b->lo[1] <= leaf->hi[1][i]) & (leaf->lo[2][i] <= b->hi[2]) & (b->lo[2] <= leaf->hi[2][i]);
-    for (int i = 0; i < LEAF; i++) hit[i] = (uint8_t)meets[i];
-}
-
 /* Triangle i, looked at, against a leaf. A pair of two that are looked at is the earlier one's. */
 static void test_triangle(const Tree *tree, int i, int leaf, PairList *list)
 {
     uint8_t hit[LEAF];
-    leaf_test(&tree->leaf[leaf], &tree->box[i], hit);
+    boxrow_test(&tree->leaf[leaf], &tree->box[i], hit);
     for (int k = 0; k < LEAF; k++) {
         int j = leaf * LEAF + k;
         if (!hit[k] || (j <= i && is_looked_at(tree, j))) continue;
@@ -191,7 +168,7 @@ static void test_triangle(const Tree *tree, int i, int leaf, PairList *list)
 static void test_leaves(const Tree *tree, int leaf, int other, PairList *list)
 {
     uint8_t hit[LEAF];
-    leaf_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other], hit);
+    boxrow_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other], hit);
     for (int k = 0; k < LEAF; k++)
         if (hit[k] && is_looked_at(tree, leaf * LEAF + k)) test_triangle(tree, leaf * LEAF + k, other, list);
 }
