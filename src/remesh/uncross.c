@@ -297,26 +297,24 @@ static bool still_crosses(const Mesh *m, const TriPair *pair)
     return triangles_intersect(a.v, a.p, b.v, b.p);
 }
 
-int remesh_uncross(Remesh *r)
+int remesh_uncross(Remesh *r, Crossings *c)
 {
     Mesh *m = r->mesh;
-    TriPair *pair = NULL;
-    int cap = 0, left = 0;
+    int left = 0;
     bool helped = true;
     Uncross u = {.r = r, .taken = NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
     for (int round = 0; helped && round < ROUNDS_MAX; round++) {
         helped = false;
-        left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+        left = crossings_find(c, m);
         if (left && !u.box) find_boxes(&u);
         for (int i = 0; i < left; i++) {
-            if (!still_crosses(m, &pair[i]) || !uncross_pair(&u, &pair[i])) continue;
+            if (!still_crosses(m, &c->pair[i]) || !uncross_pair(&u, &c->pair[i])) continue;
             helped = true;
             for (int k = 0; k < u.nold; k++) note_box(&u, u.old[k]);
         }
     }
-    if (helped) left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
-    mem_free(pair);
+    if (helped) left = crossings_find(c, m);
     mem_free(u.box);
     mem_free(u.block);
     mem_free(u.taken);

@@ -42,6 +42,7 @@ void track_close(Track *tr)
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
+    crossings_free(&tr->crossings);
     mem_free(tr->mended.patch);
     mem_free(tr->changes.change);
     bodies_free(&tr->bodies);
@@ -193,7 +194,7 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
 }
 
 /* Brings the mesh to the isosurface's topology. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, FrameStat *stat)
+static void audit_and_mend(Track *tr, const IsoSurface *iso, Crossings *crossings, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
@@ -264,7 +265,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     remesh_heal(&r, tr->frozen, &found);
     stat->inverted_found += found;
     remesh_rehome(&r, tr->frozen);
-    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r);
+    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r, &tr->crossings);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
@@ -313,7 +314,8 @@ static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
 static void untangle(Track *tr, FrameStat *stat)
 {
     double t0 = track_clock();
-    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &stat->flattened);
+    crossings_find(&tr->crossings, &tr->mesh);
+    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &tr->crossings, &stat->flattened);
     stat->seconds.refine += track_clock() - t0;
 }
 
@@ -385,10 +387,10 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     stat->seconds.audit += track_clock() - t0;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, &iso, stat);
-    if (mend) audit_and_mend(tr, &iso, false, stat);
+    if (mend) audit_and_mend(tr, &iso, NULL, stat);
     alter_and_relax(tr, &iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, &iso, true, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, &iso, &tr->crossings, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, &iso, stat); /* a mesh just made has had no events */
     else refine(tr, &iso, stat);

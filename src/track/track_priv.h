@@ -57,6 +57,7 @@ struct Track {
     Mechanics mech;
     Refine refine;
     RefinedMesh fine;       /* geometric */
+    Crossings crossings;    /* of the mechanical mesh when last asked: remembered work alone */
     MendStat mended;        /* in this frame */
     bool begun;             /* a frame was tracked */
     Bodies bodies;          /* of the mesh after the last frame tracked */
