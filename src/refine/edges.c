@@ -1,6 +1,24 @@
 /* edges.c: the edges of the mesh that a pass refines. */
 #include "refine/refine_priv.h"
 
+/* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
+static void take_over(Pass *p)
+{
+    const Pass *b = p->before;
+    for (int e = 0; e < p->nedge; e++) p->from[e] = NONE, p->far_vox[e] = -1;
+    for (int h = 0; b && h < 3 * p->m->ntri; h++)
+        if (b->kept_side[h] != NONE) p->from[p->edge_of[h]] = b->kept_side[h];
+    for (int e = 0; e < p->nedge; e++) {
+        int o = p->from[e];
+        p->was[e] = o != NONE ? b->was[o] : map_get(&p->memory->pass, key_of_edge(p->m, p->ends[e][0], p->ends[e][1]));
+        if (o == NONE) continue;
+        p->far_vox[e] = b->far_vox[o];
+        p->mid_state[e] = b->mid_state[o];
+        p->mid_pos[e] = b->mid_pos[o];
+        p->mid_normal[e] = b->mid_normal[o];
+    }
+}
+
 /* Edges numbered by their lower vertex, then by first appearance: half-edges go into buckets by lower vertex, where an
  * edge's second half finds its first. */
 void pass_find_edges(Pass *p)
@@ -30,12 +48,17 @@ void pass_find_edges(Pass *p)
     ASSERT(2 * p->nedge == nhalf);
     mem_free(start);
     mem_free(bucket);
+    p->from = NEW(int32_t, p->nedge);
+    p->was = NEW(int32_t, p->nedge);
+    p->self = NEW0(uint8_t, p->nedge);
+    p->far_vox = NEW(double, p->nedge);
     p->marked = NEW0(uint8_t, p->nedge);
     p->mid_state = NEW0(uint8_t, p->nedge);
     p->mid_pos = NEW(Vec3, p->nedge);
     p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);
     p->state = NEW0(uint8_t, m->ntri);
+    take_over(p);
 }
 
 void pass_free(Pass *p)
@@ -43,6 +66,10 @@ void pass_free(Pass *p)
     mem_free(p->ends);
     mem_free(p->side);
     mem_free(p->edge_of);
+    mem_free(p->from);
+    mem_free(p->was);
+    mem_free(p->self);
+    mem_free(p->far_vox);
     mem_free(p->marked);
     mem_free(p->mid_state);
     mem_free(p->mid_pos);
@@ -51,4 +78,6 @@ void pass_free(Pass *p)
     mem_free(p->tri_normal);
     mem_free(p->turn);
     mem_free(p->state);
+    mem_free(p->kept_tri);
+    mem_free(p->kept_side);
 }
