@@ -110,12 +110,16 @@ static bool folded_flat(const Facet *f, int i, const Facet *g, int j)
 
 bool facets_intersect(const Facet *f, const Facet *g)
 {
-    int shared = 0, of = 0, og = 0, i = 0, j = 0; /* sums of the shared corners: what is left of 0 + 1 + 2 is the other */
+    int shared = 0, of = 0, og = 0; /* sums of the shared corners: one's is itself, what is left of 0 + 1 + 2 is the other of two */
     for (int k = 0; k < 3; k++)
-        for (int l = 0; l < 3; l++)
-            if (f->v[k] == g->v[l]) shared++, of += k, og += l, i = k, j = l;
+        for (int l = 0; l < 3; l++) {
+            int same = f->v[k] == g->v[l]; /* added up without branches: which corner it is cannot be foreseen */
+            shared += same;
+            of += k * same;
+            og += l * same;
+        }
     if (shared == 0) return strangers_meet(f, g);
-    if (shared == 1) return meet_beyond_vertex(f, i, g, j);
+    if (shared == 1) return meet_beyond_vertex(f, of, g, og);
     return shared > 2 || folded_flat(f, 3 - of, g, 3 - og);
 }
 

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = BOX_ROW, GRAIN = 16, OTHERS_GRAIN = 1024, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
+enum { LEAF = BOX_ROW, GRAIN = 16, OTHERS_GRAIN = 1024, RUN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
 
 typedef struct PairList {
     int n, cap;
@@ -226,12 +226,31 @@ static void test_other(const Tree *tree, int t, PairList *list)
     }
 }
 
+/* Around triangles that follow one another: they mostly are neighbours. */
+static Box32 box_of_run(const TriSoup *s, int begin, int end)
+{
+    Box32 box = box32_none();
+    for (int t = begin; t < end; t++) {
+        Vec3 p[3];
+        if (s->tri[3 * t] == NONE) continue;
+        corners_of(s, t, p);
+        Box32 b = box32_of(p);
+        box_grow(&box, &b);
+    }
+    return box;
+}
+
 static void search_others(void *ctx, int begin, int end)
 {
     Tree *tree = ctx;
     PairList *list = &tree->found[begin / OTHERS_GRAIN];
-    for (int t = begin; t < end; t++)
-        if (!tree->look[t] && tree->soup->tri[3 * t] != NONE) test_other(tree, t, list);
+    for (int run = begin; run < end; run += RUN) {
+        int run_end = int_min(run + RUN, end), stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
+        Box32 box = box_of_run(tree->soup, run, run_end);
+        if (next_leaf(tree, &box, stack, &depth) == NONE) continue;
+        for (int t = run; t < run_end; t++)
+            if (!tree->look[t] && tree->soup->tri[3 * t] != NONE) test_other(tree, t, list);
+    }
 }
 
 static int compare_pairs(const void *pa, const void *pb)
