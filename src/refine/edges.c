@@ -1,15 +1,26 @@
 /* edges.c: the edges of the mesh that a pass refines. */
 #include "refine/refine_priv.h"
 
-/* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
-static void take_over(Pass *p)
+#include "base/thread.h"
+
+/* The edge that e was in the pass before, or NONE: one side knows it, or both. */
+static int find_origin(const Pass *p, int e)
 {
+    int o = NONE;
+    for (int s = 0; p->before && s < 2; s++)
+        for (int h = 3 * p->side[e][s]; h < 3 * p->side[e][s] + 3; h++)
+            if (p->edge_of[h] == e && o == NONE) o = p->before->kept_side[h];
+    return o;
+}
+
+/* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
+static void take_over_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
     const Pass *b = p->before;
-    for (int e = 0; e < p->nedge; e++) p->from[e] = NONE, p->far_vox[e] = -1;
-    for (int h = 0; b && h < 3 * p->m->ntri; h++)
-        if (b->kept_side[h] != NONE) p->from[p->edge_of[h]] = b->kept_side[h];
-    for (int e = 0; e < p->nedge; e++) {
-        int o = p->from[e];
+    for (int e = begin; e < end; e++) {
+        int o = p->from[e] = find_origin(p, e);
+        p->far_vox[e] = -1;
         p->was[e] = o != NONE ? b->was[o] : map_get(&p->memory->pass, key_of_edge(p->m, p->ends[e][0], p->ends[e][1]));
         if (o == NONE) continue;
         p->far_vox[e] = b->far_vox[o];
@@ -58,7 +69,7 @@ void pass_find_edges(Pass *p)
     p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);
     p->state = NEW0(uint8_t, m->ntri);
-    take_over(p);
+    parallel_for(p->nedge, GRAIN, take_over_block, p);
 }
 
 void pass_free(Pass *p)
