@@ -205,28 +205,24 @@ static void search_block(void *ctx, int begin, int end)
     }
 }
 
-/* A triangle that is not looked at, against those that are. */
-static void test_other(const Tree *tree, int t, PairList *list)
+/* A triangle that is not looked at, against a leaf. */
+static void test_other(const Tree *tree, int t, int leaf, PairList *list)
 {
+    uint8_t hit[LEAF];
     Facet f;
     Vec3 p[3];
     corners_of(tree->soup, t, p);
     const Box32 box = box32_of(p);
     bool made = false;
-    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
-        uint8_t hit[LEAF];
-        boxrow_test(&tree->leaf[leaf], &box, hit);
-        for (int k = 0; k < LEAF; k++) {
-            if (!hit[k]) continue;
-            if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
-            made = true;
-            if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
-        }
+    boxrow_test(&tree->leaf[leaf], &box, hit);
+    for (int k = 0; k < LEAF; k++) {
+        if (!hit[k]) continue;
+        if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
+        made = true;
+        if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
     }
 }
 
-/* Around triangles that follow one another: they mostly are neighbours. */
 static Box32 box_of_run(const TriSoup *s, int begin, int end)
 {
     Box32 box = box32_none();
@@ -240,16 +236,27 @@ static Box32 box_of_run(const TriSoup *s, int begin, int end)
     return box;
 }
 
+static bool meets_any(const BoxRow *leaf, const Box32 *box)
+{
+    uint8_t hit[LEAF], any = 0;
+    boxrow_test(leaf, box, hit);
+    for (int k = 0; k < LEAF; k++) any |= hit[k];
+    return any;
+}
+
+/* The others in runs: triangles that follow one another mostly are neighbours, and those looked at few and far between. */
 static void search_others(void *ctx, int begin, int end)
 {
     Tree *tree = ctx;
     PairList *list = &tree->found[begin / OTHERS_GRAIN];
     for (int run = begin; run < end; run += RUN) {
         int run_end = int_min(run + RUN, end), stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-        Box32 box = box_of_run(tree->soup, run, run_end);
-        if (next_leaf(tree, &box, stack, &depth) == NONE) continue;
-        for (int t = run; t < run_end; t++)
-            if (!tree->look[t] && tree->soup->tri[3 * t] != NONE) test_other(tree, t, list);
+        const Box32 box = box_of_run(tree->soup, run, run_end);
+        for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
+            if (!meets_any(&tree->leaf[leaf], &box)) continue;
+            for (int t = run; t < run_end; t++)
+                if (!tree->look[t] && tree->soup->tri[3 * t] != NONE) test_other(tree, t, leaf, list);
+        }
     }
 }
 
