@@ -28,6 +28,8 @@ typedef struct Uncross {
     Box *box;              /* [mesh->ntri] of the live triangles, */
     Box *block;            /* and around every BLOCK of them: neighbours by number mostly are neighbours */
     uint8_t *taken;        /* [mesh->ntri] by the edit that is tried */
+    Box *edited;           /* [nedited] around each edit made */
+    int nedited, capedited;
     Box room;              /* where edits may happen, */
     Crowd near;            /* and the triangles that reach into it */
     int32_t *old;          /* an edit: the triangles it takes away, */
@@ -250,7 +252,7 @@ static bool try_collapse(Uncross *u, int h)
     return false;
 }
 
-static void find_near(Uncross *u, const TriPair *pair)
+static void find_room(Uncross *u, const TriPair *pair)
 {
     const Mesh *m = u->r->mesh;
     u->room = box_join(u->box[pair->a], u->box[pair->b]);
@@ -262,6 +264,11 @@ static void find_near(Uncross *u, const TriPair *pair)
     double d = MARGIN * u->r->edge;
     u->room.lo = v_sub(u->room.lo, vec3(d, d, d));
     u->room.hi = v_add(u->room.hi, vec3(d, d, d));
+}
+
+static void find_near(Uncross *u)
+{
+    const Mesh *m = u->r->mesh;
     crowd_clear(&u->near);
     for (int b = 0; b * BLOCK < m->ntri; b++) {
         if (!boxes_meet(&u->block[b], &u->room)) continue;
@@ -275,12 +282,30 @@ static void find_near(Uncross *u, const TriPair *pair)
     }
 }
 
+/* Whether edits from number `first` on reached into the room. */
+static bool room_has_changed(const Uncross *u, int first)
+{
+    for (int i = first; i < u->nedited; i++)
+        if (boxes_meet(&u->edited[i], &u->room)) return true;
+    return false;
+}
+
+static void note_edit(Uncross *u)
+{
+    Box all = u->box[u->old[0]];
+    for (int i = 0; i < u->nold; i++) all = box_join(all, u->box[u->old[i]]);
+    for (int i = 0; i < u->nfresh; i++) all = box_join(all, u->fresh[i].box);
+    for (int i = 0; i < u->nold; i++) note_box(u, u->old[i]);
+    RESERVE(u->edited, u->capedited, u->nedited + 1);
+    u->edited[u->nedited++] = all;
+}
+
 static bool uncross_pair(Uncross *u, const TriPair *pair)
 {
     const Mesh *m = u->r->mesh;
     int half[6];
     for (int i = 0; i < 6; i++) half[i] = 3 * (i < 3 ? pair->a : pair->b) + i % 3;
-    find_near(u, pair);
+    find_near(u);
     for (int i = 0; i < 6; i++)
         if (try_flip(u, half[i])) return true;
     for (int i = 0; i < 6; i++)
@@ -297,27 +322,45 @@ static bool still_crosses(const Mesh *m, const TriPair *pair)
     return triangles_intersect(a.v, a.p, b.v, b.p);
 }
 
+/* One after the other. `was`: those that the round before left, and how many edits there had been then; `now` is to hold those of
+ * this. Where nothing has changed since, nothing helps. Returns whether anything did. */
+static bool uncross_pairs(Uncross *u, int n, const TriPair *pair, const Map *was, Map *now)
+{
+    bool helped = false;
+    for (int i = 0; i < n; i++) {
+        uint64_t key = key_pair(pair[i].a, pair[i].b);
+        int since = map_get(was, key);
+        if (!still_crosses(u->r->mesh, &pair[i])) continue;
+        find_room(u, &pair[i]);
+        if (since != NONE && !room_has_changed(u, since)) map_put(now, key, since);
+        else if (!uncross_pair(u, &pair[i])) map_put(now, key, u->nedited);
+        else helped = true, note_edit(u);
+    }
+    return helped;
+}
+
 int remesh_uncross(Remesh *r, Crossings *c)
 {
     Mesh *m = r->mesh;
     int left = 0;
     bool helped = true;
+    Map was = {0};
     Uncross u = {.r = r, .taken = NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
     for (int round = 0; helped && round < ROUNDS_MAX; round++) {
-        helped = false;
+        Map now = {0};
         left = crossings_find(c, m);
         if (left && !u.box) find_boxes(&u);
-        for (int i = 0; i < left; i++) {
-            if (!still_crosses(m, &c->pair[i]) || !uncross_pair(&u, &c->pair[i])) continue;
-            helped = true;
-            for (int k = 0; k < u.nold; k++) note_box(&u, u.old[k]);
-        }
+        helped = uncross_pairs(&u, left, c->pair, &was, &now);
+        map_free(&was);
+        was = now;
     }
+    map_free(&was);
     if (helped) left = crossings_find(c, m);
     mem_free(u.box);
     mem_free(u.block);
     mem_free(u.taken);
+    mem_free(u.edited);
     crowd_free(&u.near);
     crowd_free(&u.own);
     mem_free(u.old);
