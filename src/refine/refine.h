@@ -58,8 +58,8 @@ typedef struct RefineStat {
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
                         const Homes *homes, int32_t *next_id, RefinedMesh *out);
 /* Midpoints of triangles that run through one another go back to the middle of their edges, where they change nothing, and
- * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the mechanical mesh too, of which
- * `mech` knows the pairs. Returns how many pairs are left; *flattened: midpoints. */
+ * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the
+ * mechanical mesh too, of which `mech` knows the pairs. Returns how many pairs are left; *flattened: midpoints. */
 int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, int *flattened);
 void refine_free(Refine *memory);
 /* Kept between two runs: into the store, or out of it into one that is zero. */

@@ -75,7 +75,7 @@ static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *flat)
     }
 }
 
-/* All pairs: those of mechanical triangles that were not cut are known. look[] is scratch. */
+/* All pairs: those of mechanical triangles that were not cut are known. look[m->ntri] is scratch. */
 static int find_pairs(const RefinedMesh *m, const Crossings *mech, int ntop, uint8_t *look, TriPair **pair, int *cap)
 {
     int32_t *uncut = NEW(int32_t, ntop);
