@@ -205,58 +205,60 @@ static void search_block(void *ctx, int begin, int end)
     }
 }
 
-/* A triangle that is not looked at, against a leaf. */
-static void test_other(const Tree *tree, int t, int leaf, PairList *list)
+/* A triangle that is not looked at, against those that are. */
+static void test_other(const Tree *tree, int t, PairList *list)
 {
-    uint8_t hit[LEAF];
     Facet f;
     Vec3 p[3];
     corners_of(tree->soup, t, p);
     const Box32 box = box32_of(p);
     bool made = false;
-    boxrow_test(&tree->leaf[leaf], &box, hit);
-    for (int k = 0; k < LEAF; k++) {
-        if (!hit[k]) continue;
-        if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
-        made = true;
-        if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
+    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
+    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
+        uint8_t hit[LEAF];
+        boxrow_test(&tree->leaf[leaf], &box, hit);
+        for (int k = 0; k < LEAF; k++) {
+            if (!hit[k]) continue;
+            if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
+            made = true;
+            if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
+        }
     }
 }
 
-static Box32 box_of_run(const TriSoup *s, int begin, int end)
+static bool is_other(const Tree *tree, int t) { return !tree->look[t] && tree->soup->tri[3 * t] != NONE; }
+
+/* Does a box around the others among some triangles meet the box of any that is looked at? */
+static bool run_is_near(const Tree *tree, int begin, int end)
 {
     Box32 box = box32_none();
     for (int t = begin; t < end; t++) {
         Vec3 p[3];
-        if (s->tri[3 * t] == NONE) continue;
-        corners_of(s, t, p);
-        Box32 b = box32_of(p);
+        if (!is_other(tree, t)) continue;
+        corners_of(tree->soup, t, p);
+        const Box32 b = box32_of(p);
         box_grow(&box, &b);
     }
-    return box;
+    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
+    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
+        uint8_t hit[LEAF], any = 0;
+        boxrow_test(&tree->leaf[leaf], &box, hit);
+        for (int k = 0; k < LEAF; k++) any |= hit[k];
+        if (any) return true;
+    }
+    return false;
 }
 
-static bool meets_any(const BoxRow *leaf, const Box32 *box)
-{
-    uint8_t hit[LEAF], any = 0;
-    boxrow_test(leaf, box, hit);
-    for (int k = 0; k < LEAF; k++) any |= hit[k];
-    return any;
-}
-
-/* The others in runs: triangles that follow one another mostly are neighbours, and those looked at few and far between. */
+/* The others in runs: triangles that follow one another mostly are neighbours, and far from the few that are looked at. */
 static void search_others(void *ctx, int begin, int end)
 {
     Tree *tree = ctx;
     PairList *list = &tree->found[begin / OTHERS_GRAIN];
     for (int run = begin; run < end; run += RUN) {
-        int run_end = int_min(run + RUN, end), stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-        const Box32 box = box_of_run(tree->soup, run, run_end);
-        for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
-            if (!meets_any(&tree->leaf[leaf], &box)) continue;
-            for (int t = run; t < run_end; t++)
-                if (!tree->look[t] && tree->soup->tri[3 * t] != NONE) test_other(tree, t, leaf, list);
-        }
+        int run_end = int_min(run + RUN, end);
+        if (!run_is_near(tree, run, run_end)) continue;
+        for (int t = run; t < run_end; t++)
+            if (is_other(tree, t)) test_other(tree, t, list);
     }
 }
 

@@ -130,7 +130,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool sizes, 
     memset(mesh_bad, 0, (size_t)mesh->ncomp);
     locate_partners(iso, mesh, partner);
     count_euler(mesh, euler);
-    measure_sizes(iso, mesh, size);
+    if (sizes) measure_sizes(iso, mesh, size);
     for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
     for (int c = 0; c < mesh->ncomp; c++) {
         int k = partner[c];
