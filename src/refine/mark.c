@@ -13,12 +13,11 @@ static void batch_normals(Pass *p, int n, const int *tri)
 {
     const RefinedMesh *m = p->m;
     Vec3 at[BATCH], normal[BATCH];
-    if (n == 0) return;
     for (int i = 0; i < n; i++) {
         const int32_t *c = m->tri + 3 * tri[i];
         at[i] = v_scale(v_add(v_add(m->pos[c[0]], m->pos[c[1]]), m->pos[c[2]]), 1.0 / 3);
     }
-    field_normals(p->field, n, at, normal);
+    if (n > 0) field_normals(p->field, n, at, normal);
     for (int i = 0; i < n; i++) p->tri_normal[tri[i]] = normal[i];
 }
 
@@ -45,9 +44,8 @@ static void measure_batch(Pass *p, int n, const int *edge, const double *limit)
 {
     Vec3 mid[BATCH], g[BATCH];
     double F[BATCH];
-    if (n == 0) return;
     for (int i = 0; i < n; i++) mid[i] = v_mid(p->m->pos[p->ends[edge[i]][0]], p->m->pos[p->ends[edge[i]][1]]);
-    field_sample(p->field, n, mid, F, g);
+    if (n > 0) field_sample(p->field, n, mid, F, g);
     for (int i = 0; i < n; i++) {
         double l = v_len(g[i]);
         p->far_vox[edge[i]] = l > 0 ? fabs(F[i]) / l / p->field->voxel : 0;
