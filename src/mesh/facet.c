@@ -1,5 +1,7 @@
 /* facet.c: one pair of triangles. Nondegenerate triangles meet where an edge of one meets the other. */
-#include "mesh/intersect_priv.h"
+#include "mesh/facet.h"
+
+#include "mesh/intersect.h"
 #include "mesh/orient.h"
 
 static bool is_near_zero(double det, double all) { return !(fabs(det) > ORIENT2_ERROR * all); }
@@ -19,18 +21,6 @@ bool facet_make(Facet *f, const int32_t v[3], const Vec3 p[3])
                  {fabs(yz) + fabs(zy), fabs(zx) + fabs(xz), fabs(xy) + fabs(yx)}};
     bool unsure = is_near_zero(f->normal.x, f->all.x) && is_near_zero(f->normal.y, f->all.y) && is_near_zero(f->normal.z, f->all.z);
     return !unsure || !triangle_is_collinear(p);
-}
-
-Box32 box32_of(const Vec3 p[3])
-{
-    Box32 b;
-    for (int k = 0; k < 3; k++) {
-        float x = (float)v_get(p[0], k), y = (float)v_get(p[1], k), z = (float)v_get(p[2], k);
-        float lo = x < y ? x : y, hi = x < y ? y : x;
-        b.lo[k] = z < lo ? z : lo;
-        b.hi[k] = z > hi ? z : hi;
-    }
-    return b;
 }
 
 /* orient3 against the facet's plane. */
@@ -120,12 +110,16 @@ static bool folded_flat(const Facet *f, int i, const Facet *g, int j)
 
 bool facets_intersect(const Facet *f, const Facet *g)
 {
-    int shared = 0, of = 0, og = 0, i = 0, j = 0; /* sums of the shared corners: what is left of 0 + 1 + 2 is the other */
+    int shared = 0, of = 0, og = 0; /* sums of the shared corners: one's is itself, what is left of 0 + 1 + 2 is the other of two */
     for (int k = 0; k < 3; k++)
-        for (int l = 0; l < 3; l++)
-            if (f->v[k] == g->v[l]) shared++, of += k, og += l, i = k, j = l;
+        for (int l = 0; l < 3; l++) {
+            int same = f->v[k] == g->v[l]; /* added up without branches: which corner it is cannot be foreseen */
+            shared += same;
+            of += k * same;
+            og += l * same;
+        }
     if (shared == 0) return strangers_meet(f, g);
-    if (shared == 1) return meet_beyond_vertex(f, i, g, j);
+    if (shared == 1) return meet_beyond_vertex(f, of, g, og);
     return shared > 2 || folded_flat(f, 3 - of, g, 3 - og);
 }
 

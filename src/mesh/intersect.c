@@ -1,34 +1,32 @@
 /* intersect.c: all pairs at once. Triangles in Morton order, LEAF to a leaf of a balanced tree of boxes; each leaf searches
- * the tree for those that its box meets. Sizes may differ by any factor. */
-#include "mesh/intersect_priv.h"
+ * the tree for those that its box meets. Sizes may differ by any factor. Where only some are looked at, the tree holds these
+ * alone, and each of the others searches it. */
+#include "mesh/intersect.h"
 
 #include "base/thread.h"
+#include "mesh/facet.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = 16, GRAIN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
+enum { LEAF = BOX_ROW, GRAIN = 16, OTHERS_GRAIN = 1024, RUN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
 
 typedef struct PairList {
     int n, cap;
     TriPair *pair;
 } PairList;
 
-/* The boxes of a leaf's triangles, in columns: one loop tests a box against all. */
-typedef struct Leaf {
-    float lo[3][LEAF], hi[3][LEAF];
-} Leaf;
-
 typedef struct Tree {
-    const uint8_t *look;   /* [ntri] or NULL */
-    int n;                 /* triangles with area */
+    const TriSoup *soup;
+    const uint8_t *look;   /* [soup->ntri] or NULL */
+    int n;                 /* triangles looked at that have an area */
     int32_t *tri;          /* [n] in Morton order */
     Facet *facet;          /* [n] */
     Box32 *box;            /* [n] */
-    Leaf *leaf;            /* [nleaf] */
+    BoxRow *leaf;          /* [nleaf] */
     int nleaf, first_leaf; /* nodes from first_leaf on are leaves; node i has children 2 i and 2 i + 1, the root is 1 */
     Box32 *node;           /* [2 * first_leaf] */
-    PairList *found;       /* [blocks of GRAIN leaves] */
+    PairList *found;       /* a block */
 } Tree;
 
 /* --- Morton order -------------------------------------------------------------------------------------------------------- */
@@ -41,24 +39,20 @@ static uint64_t spread_bits(uint64_t x)
     return (x | x << 2) & 0x09249249;
 }
 
-/* key << 32 | index; by key, ties in order of index. */
-static void sort_keys(uint64_t *key, int n)
+/* key << 32 | index; by key, ties in order of index. Returns the sorted one of the two. */
+static uint64_t *sort_keys(uint64_t *key, uint64_t *other, int n)
 {
     enum { BUCKETS = 1 << RADIX_BITS };
-    uint64_t *other = NEW(uint64_t, n);
     for (int shift = 32; shift < 32 + 3 * MORTON_BITS; shift += RADIX_BITS) {
         int32_t start[BUCKETS + 1] = {0};
         for (int i = 0; i < n; i++) start[(key[i] >> shift) % BUCKETS + 1]++;
         for (int b = 0; b < BUCKETS; b++) start[b + 1] += start[b];
         for (int i = 0; i < n; i++) other[start[(key[i] >> shift) % BUCKETS]++] = key[i];
-        memcpy(key, other, (size_t)n * sizeof *key);
+        uint64_t *sorted = other;
+        other = key;
+        key = sorted;
     }
-    mem_free(other);
-}
-
-static Box32 box_none(void)
-{
-    return (Box32){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    return key;
 }
 
 static void box_grow(Box32 *a, const Box32 *b)
@@ -85,30 +79,30 @@ static void corners_of(const TriSoup *s, int t, Vec3 p[3])
     for (int k = 0; k < 3; k++) p[k] = s->pos[s->tri[3 * t + k]];
 }
 
-static int sort_triangles(const TriSoup *s, uint64_t *key)
+/* The triangles that are looked at, in Morton order, to be freed, and their boxes by number. Returns how many. */
+static int sort_triangles(const TriSoup *s, const uint8_t *look, int32_t **order, Box32 *box)
 {
-    Box32 all = box_none(), *box = NEW(Box32, s->ntri);
+    uint64_t *key = NEW(uint64_t, s->ntri), *other = NEW(uint64_t, s->ntri), *sorted;
+    Box32 all = box32_none();
     Vec3 p[3];
     int n = 0;
     for (int t = 0; t < s->ntri; t++) {
-        if (s->tri[3 * t] == NONE) continue;
+        if (s->tri[3 * t] == NONE || (look && !look[t])) continue;
         corners_of(s, t, p);
         box[t] = box32_of(p);
         box_grow(&all, &box[t]);
+        key[n++] = (uint32_t)t;
     }
-    for (int t = 0; t < s->ntri; t++)
-        if (s->tri[3 * t] != NONE) key[n++] = morton_of(&box[t], &all) << 32 | (uint32_t)t;
-    mem_free(box);
-    sort_keys(key, n);
+    for (int i = 0; i < n; i++) key[i] |= morton_of(&box[key[i]], &all) << 32;
+    sorted = sort_keys(key, other, n);
+    *order = NEW(int32_t, n);
+    for (int i = 0; i < n; i++) (*order)[i] = (int32_t)(uint32_t)sorted[i];
+    mem_free(key);
+    mem_free(other);
     return n;
 }
 
 /* --- the tree ------------------------------------------------------------------------------------------------------------ */
-
-static void leaf_set(Leaf *leaf, int at, Box32 b)
-{
-    for (int k = 0; k < 3; k++) leaf->lo[k][at] = b.lo[k], leaf->hi[k][at] = b.hi[k];
-}
 
 static void build_nodes(Tree *tree)
 {
@@ -116,9 +110,9 @@ static void build_nodes(Tree *tree)
     tree->first_leaf = 1;
     while (tree->first_leaf < tree->nleaf) tree->first_leaf *= 2;
     tree->node = NEW(Box32, 2 * tree->first_leaf);
-    tree->leaf = NEW(Leaf, tree->nleaf);
-    for (int i = 0; i < 2 * tree->first_leaf; i++) tree->node[i] = box_none();
-    for (int i = 0; i < tree->nleaf * LEAF; i++) leaf_set(&tree->leaf[i / LEAF], i % LEAF, i < tree->n ? tree->box[i] : box_none());
+    tree->leaf = NEW(BoxRow, tree->nleaf);
+    for (int i = 0; i < 2 * tree->first_leaf; i++) tree->node[i] = box32_none();
+    for (int i = 0; i < tree->nleaf * LEAF; i++) boxrow_set(&tree->leaf[i / LEAF], i % LEAF, i < tree->n ? tree->box[i] : box32_none());
     for (int i = 0; i < tree->n; i++) box_grow(&tree->node[tree->first_leaf + i / LEAF], &tree->box[i]);
     for (int i = tree->first_leaf - 1; i > 0; i--) {
         box_grow(&tree->node[i], &tree->node[2 * i]);
@@ -128,27 +122,26 @@ static void build_nodes(Tree *tree)
 
 static void tree_build(Tree *tree, const TriSoup *s, const uint8_t *look)
 {
-    uint64_t *key = NEW(uint64_t, s->ntri);
-    int n = sort_triangles(s, key);
-    *tree = (Tree){.look = look, .tri = NEW(int32_t, n), .facet = NEW(Facet, n), .box = NEW(Box32, n)};
+    Box32 *box = NEW(Box32, s->ntri);
+    int32_t *order;
+    int n = sort_triangles(s, look, &order, box);
+    *tree = (Tree){.soup = s, .look = look, .tri = NEW(int32_t, n), .facet = NEW(Facet, n), .box = NEW(Box32, n)};
     for (int i = 0; i < n; i++) {
-        int t = (int)(uint32_t)key[i], at = tree->n;
+        int t = order[i], at = tree->n;
         Vec3 p[3];
         corners_of(s, t, p);
         if (!facet_make(&tree->facet[at], s->tri + 3 * t, p)) continue;
         tree->tri[at] = t;
-        tree->box[at] = box32_of(p);
+        tree->box[at] = box[t];
         tree->n++;
     }
-    mem_free(key);
+    mem_free(order);
+    mem_free(box);
     build_nodes(tree);
-    tree->found = NEW0(PairList, tree->nleaf / GRAIN + 1);
 }
 
 static void tree_free(Tree *tree)
 {
-    for (int b = 0; b <= tree->nleaf / GRAIN; b++) mem_free(tree->found[b].pair);
-    mem_free(tree->found);
     mem_free(tree->tri);
     mem_free(tree->facet);
     mem_free(tree->box);
@@ -164,73 +157,108 @@ static void pair_add(PairList *list, int a, int b)
     list->pair[list->n++] = (TriPair){int_min(a, b), int_max(a, b)};
 }
 
-static bool is_looked_at(const Tree *tree, int i) { return !tree->look || tree->look[tree->tri[i]]; }
-
-static void leaf_test(const Leaf *leaf, const Box32 *b, uint8_t hit[LEAF])
-{
-    int meets[LEAF];
-    for (int i = 0; i < LEAF; i++)
-        meets[i] = (leaf->lo[0][i] <= b->hi[0]) & (b->lo[0] <= leaf->hi[0][i]) & (leaf->lo[1][i] <= b->hi[1]) &
-                   (b->lo[1] <= leaf->hi[1][i]) & (leaf->lo[2][i] <= b->hi[2]) & (b->lo[2] <= leaf->hi[2][i]);
-    for (int i = 0; i < LEAF; i++) hit[i] = (uint8_t)meets[i];
-}
-
-/* Triangle i, looked at, against a leaf. A pair of two that are looked at is the earlier one's. */
+/* Triangle i against those behind it in a leaf. */
 static void test_triangle(const Tree *tree, int i, int leaf, PairList *list)
 {
     uint8_t hit[LEAF];
-    leaf_test(&tree->leaf[leaf], &tree->box[i], hit);
+    boxrow_test(&tree->leaf[leaf], &tree->box[i], hit);
     for (int k = 0; k < LEAF; k++) {
         int j = leaf * LEAF + k;
-        if (!hit[k] || (j <= i && is_looked_at(tree, j))) continue;
-        if (facets_intersect(&tree->facet[i], &tree->facet[j])) pair_add(list, tree->tri[i], tree->tri[j]);
+        if (hit[k] && j > i && facets_intersect(&tree->facet[i], &tree->facet[j])) pair_add(list, tree->tri[i], tree->tri[j]);
     }
 }
 
-/* The triangles of a leaf that are looked at, against another leaf. */
+/* The triangles of a leaf against those of another behind it, or of its own. */
 static void test_leaves(const Tree *tree, int leaf, int other, PairList *list)
 {
     uint8_t hit[LEAF];
-    leaf_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other], hit);
+    boxrow_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other], hit);
     for (int k = 0; k < LEAF; k++)
-        if (hit[k] && is_looked_at(tree, leaf * LEAF + k)) test_triangle(tree, leaf * LEAF + k, other, list);
+        if (hit[k]) test_triangle(tree, leaf * LEAF + k, other, list);
 }
 
-/* A leaf against all below a node. */
-static void search_node(const Tree *tree, int leaf, int node, PairList *list)
+/* The leaves below a node whose boxes meet one, a leaf a call: from stack[depth], which holds the node at first. NONE: no more. */
+static int next_leaf(const Tree *tree, const Box32 *box, int *stack, int *depth)
 {
-    const Box32 box = tree->node[tree->first_leaf + leaf];
-    int stack[TREE_DEPTH_MAX + 1] = {node}, depth = 1;
-    while (depth) {
-        int i = stack[--depth];
-        if (!box32_meets(&box, &tree->node[i])) continue;
-        if (i >= tree->first_leaf) {
-            test_leaves(tree, leaf, i - tree->first_leaf, list);
-            continue;
-        }
-        stack[depth++] = 2 * i + 1;
-        stack[depth++] = 2 * i;
+    while (*depth) {
+        int i = stack[--*depth];
+        if (!box32_meets(box, &tree->node[i])) continue;
+        if (i >= tree->first_leaf) return i - tree->first_leaf;
+        stack[(*depth)++] = 2 * i + 1;
+        stack[(*depth)++] = 2 * i;
     }
+    return NONE;
 }
 
-static bool leaf_is_looked_at(const Tree *tree, int leaf)
-{
-    int end = int_min(tree->n, (leaf + 1) * LEAF);
-    for (int i = leaf * LEAF; i < end; i++)
-        if (is_looked_at(tree, i)) return true;
-    return false;
-}
-
-/* Each leaf against those after it; where only some triangles are looked at, against those before it too. */
+/* Each leaf against itself and those after it. */
 static void search_block(void *ctx, int begin, int end)
 {
     Tree *tree = ctx;
     PairList *list = &tree->found[begin / GRAIN];
     for (int leaf = begin; leaf < end; leaf++) {
-        if (!leaf_is_looked_at(tree, leaf)) continue;
+        const Box32 box = tree->node[tree->first_leaf + leaf];
         test_leaves(tree, leaf, leaf, list);
-        for (int i = tree->first_leaf + leaf; i > 1; i /= 2)
-            if (tree->look || i % 2 == 0) search_node(tree, leaf, i ^ 1, list);
+        for (int i = tree->first_leaf + leaf; i > 1; i /= 2) {
+            int stack[TREE_DEPTH_MAX + 1] = {i + 1}, depth = i % 2 == 0;
+            for (int other; (other = next_leaf(tree, &box, stack, &depth)) != NONE;) test_leaves(tree, leaf, other, list);
+        }
+    }
+}
+
+/* A triangle that is not looked at, against those that are. */
+static void test_other(const Tree *tree, int t, PairList *list)
+{
+    Facet f;
+    Vec3 p[3];
+    corners_of(tree->soup, t, p);
+    const Box32 box = box32_of(p);
+    bool made = false;
+    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
+    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
+        uint8_t hit[LEAF];
+        boxrow_test(&tree->leaf[leaf], &box, hit);
+        for (int k = 0; k < LEAF; k++) {
+            if (!hit[k]) continue;
+            if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
+            made = true;
+            if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
+        }
+    }
+}
+
+static bool is_other(const Tree *tree, int t) { return !tree->look[t] && tree->soup->tri[3 * t] != NONE; }
+
+/* Does a box around the others among some triangles meet the box of any that is looked at? */
+static bool run_is_near(const Tree *tree, int begin, int end)
+{
+    Box32 box = box32_none();
+    for (int t = begin; t < end; t++) {
+        Vec3 p[3];
+        if (!is_other(tree, t)) continue;
+        corners_of(tree->soup, t, p);
+        const Box32 b = box32_of(p);
+        box_grow(&box, &b);
+    }
+    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
+    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
+        uint8_t hit[LEAF], any = 0;
+        boxrow_test(&tree->leaf[leaf], &box, hit);
+        for (int k = 0; k < LEAF; k++) any |= hit[k];
+        if (any) return true;
+    }
+    return false;
+}
+
+/* The others in runs: triangles that follow one another mostly are neighbours, and far from the few that are looked at. */
+static void search_others(void *ctx, int begin, int end)
+{
+    Tree *tree = ctx;
+    PairList *list = &tree->found[begin / OTHERS_GRAIN];
+    for (int run = begin; run < end; run += RUN) {
+        int run_end = int_min(run + RUN, end);
+        if (!run_is_near(tree, run, run_end)) continue;
+        for (int t = run; t < run_end; t++)
+            if (is_other(tree, t)) test_other(tree, t, list);
     }
 }
 
@@ -240,20 +268,35 @@ static int compare_pairs(const void *pa, const void *pb)
     return a->a != b->a ? (a->a > b->a) - (a->a < b->a) : (a->b > b->b) - (a->b < b->b);
 }
 
+void pairs_sort(int n, TriPair *pair)
+{
+    if (n) qsort(pair, (size_t)n, sizeof *pair, compare_pairs);
+}
+
+/* Adds what a search of n items finds to the `count` pairs; returns how many they are then. */
+static int search(Tree *tree, int n, int grain, ParallelFn *fn, int count, TriPair **pair, int *cap)
+{
+    int blocks = (n + grain - 1) / grain;
+    tree->found = NEW0(PairList, blocks);
+    parallel_for(n, grain, fn, tree);
+    for (int b = 0; b < blocks; b++) {
+        PairList *list = &tree->found[b];
+        RESERVE(*pair, *cap, count + list->n);
+        if (list->n) memcpy(*pair + count, list->pair, (size_t)list->n * sizeof **pair);
+        count += list->n;
+        mem_free(list->pair);
+    }
+    mem_free(tree->found);
+    return count;
+}
+
 int intersect_find(const TriSoup *soup, const uint8_t *look, TriPair **pair, int *cap)
 {
     Tree tree;
-    int n = 0;
     tree_build(&tree, soup, look);
-    parallel_for(tree.nleaf, GRAIN, search_block, &tree);
-    for (int b = 0; b <= tree.nleaf / GRAIN; b++) {
-        const PairList *list = &tree.found[b];
-        if (list->n == 0) continue;
-        RESERVE(*pair, *cap, n + list->n);
-        memcpy(*pair + n, list->pair, (size_t)list->n * sizeof **pair);
-        n += list->n;
-    }
+    int n = search(&tree, tree.nleaf, GRAIN, search_block, 0, pair, cap);
+    if (look && tree.n) n = search(&tree, soup->ntri, OTHERS_GRAIN, search_others, n, pair, cap);
     tree_free(&tree);
-    if (n) qsort(*pair, (size_t)n, sizeof **pair, compare_pairs);
+    pairs_sort(n, *pair);
     return n;
 }

@@ -25,3 +25,5 @@ typedef struct TriPair {
 /* All pairs that intersect, or those with look[t] set for one of the two (look[ntri]; NULL: all), sorted. *pair is grown as
  * needed (*cap items; both 0 at first) and the caller's to free. Returns how many. The same for any number of threads. */
 int intersect_find(const TriSoup *soup, const uint8_t *look, TriPair **pair, int *cap);
+/* As intersect_find sorts them. */
+void pairs_sort(int n, TriPair *pair);

@@ -32,5 +32,5 @@ void pass_close(Pass *p)
     }
     pass_land(p);
     for (int e = 0; e < p->nedge; e++)
-        if (p->marked[e] && p->mid_state[e] == MID_NONE) pass_flatten(p, e);
+        if (p->marked[e] && p->mid_state[e] == MID_LOST) pass_flatten(p, e);
 }

@@ -1,6 +1,35 @@
 /* edges.c: the edges of the mesh that a pass refines. */
 #include "refine/refine_priv.h"
 
+#include "base/thread.h"
+
+/* The edge that e was in the pass before, or NONE: one side knows it, or both. */
+static int find_origin(const Pass *p, int e)
+{
+    int o = NONE;
+    for (int s = 0; p->before && s < 2; s++)
+        for (int h = 3 * p->side[e][s]; h < 3 * p->side[e][s] + 3; h++)
+            if (p->edge_of[h] == e && o == NONE) o = p->before->kept_side[h];
+    return o;
+}
+
+/* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
+static void take_over_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    const Pass *b = p->before;
+    for (int e = begin; e < end; e++) {
+        int o = p->from[e] = find_origin(p, e);
+        p->far_vox[e] = -1;
+        p->was[e] = o != NONE ? b->was[o] : map_get(&p->memory->pass, key_of_edge(p->m, p->ends[e][0], p->ends[e][1]));
+        if (o == NONE) continue;
+        p->far_vox[e] = b->far_vox[o];
+        p->mid_state[e] = b->mid_state[o];
+        p->mid_pos[e] = b->mid_pos[o];
+        p->mid_normal[e] = b->mid_normal[o];
+    }
+}
+
 /* Edges numbered by their lower vertex, then by first appearance: half-edges go into buckets by lower vertex, where an
  * edge's second half finds its first. */
 void pass_find_edges(Pass *p)
@@ -30,12 +59,17 @@ void pass_find_edges(Pass *p)
     ASSERT(2 * p->nedge == nhalf);
     mem_free(start);
     mem_free(bucket);
+    p->from = NEW(int32_t, p->nedge);
+    p->was = NEW(int32_t, p->nedge);
+    p->self = NEW0(uint8_t, p->nedge);
+    p->far_vox = NEW(double, p->nedge);
     p->marked = NEW0(uint8_t, p->nedge);
     p->mid_state = NEW0(uint8_t, p->nedge);
     p->mid_pos = NEW(Vec3, p->nedge);
     p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);
     p->state = NEW0(uint8_t, m->ntri);
+    parallel_for(p->nedge, GRAIN, take_over_block, p);
 }
 
 void pass_free(Pass *p)
@@ -43,6 +77,10 @@ void pass_free(Pass *p)
     mem_free(p->ends);
     mem_free(p->side);
     mem_free(p->edge_of);
+    mem_free(p->from);
+    mem_free(p->was);
+    mem_free(p->self);
+    mem_free(p->far_vox);
     mem_free(p->marked);
     mem_free(p->mid_state);
     mem_free(p->mid_pos);
@@ -51,4 +89,6 @@ void pass_free(Pass *p)
     mem_free(p->tri_normal);
     mem_free(p->turn);
     mem_free(p->state);
+    mem_free(p->kept_tri);
+    mem_free(p->kept_side);
 }

@@ -48,7 +48,7 @@ static void land_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int e = begin; e < end; e++)
-        if (p->marked[e] && p->mid_state[e] == MID_NONE && land_midpoint(p, e)) p->mid_state[e] = MID_LANDED;
+        if (p->marked[e] && p->mid_state[e] == MID_NONE) p->mid_state[e] = land_midpoint(p, e) ? MID_LANDED : MID_LOST;
 }
 
 void pass_land(Pass *p) { parallel_for(p->nedge, GRAIN, land_block, p); }

@@ -12,7 +12,6 @@ static int count_flat(const Pass *p)
 /* Returns whether anything was cut. */
 static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 {
-    pass_find_edges(p);
     int wanted = pass_mark(p);
     if (wanted == 0) return false;
     pass_land(p);
@@ -32,22 +31,13 @@ typedef struct MeasureJob {
     int *inverted;     /* a block */
 } MeasureJob;
 
-static void measure_edges(void *ctx, int begin, int end)
+static void sum_edges(void *ctx, int begin, int end)
 {
     MeasureJob *job = ctx;
-    const Pass *p = job->p;
     double sum = 0, max = 0;
-    for (int from = begin; from < end; from += BATCH) {
-        Vec3 mid[BATCH], g[BATCH];
-        double F[BATCH];
-        int n = int_min(BATCH, end - from);
-        for (int i = 0; i < n; i++) mid[i] = v_mid(p->m->pos[p->ends[from + i][0]], p->m->pos[p->ends[from + i][1]]);
-        field_sample(p->field, n, mid, F, g);
-        for (int i = 0; i < n; i++) {
-            double l = v_len(g[i]), d = l > 0 ? fabs(F[i]) / l / p->field->voxel : 0;
-            sum += d;
-            max = real_max(max, d);
-        }
+    for (int e = begin; e < end; e++) {
+        sum += job->p->far_vox[e];
+        max = real_max(max, job->p->far_vox[e]);
     }
     job->sum[begin / GRAIN] = sum;
     job->max[begin / GRAIN] = max;
@@ -65,11 +55,12 @@ static void measure_tris(void *ctx, int begin, int end)
     job->inverted[begin / GRAIN] = n;
 }
 
-static void measure(const Pass *p, RefineStat *stat)
+static void measure(Pass *p, RefineStat *stat)
 {
+    pass_measure(p);
     int edge_blocks = (p->nedge + GRAIN - 1) / GRAIN, tri_blocks = (p->m->ntri + GRAIN - 1) / GRAIN;
     MeasureJob job = {p, NEW(double, edge_blocks), NEW(double, edge_blocks), NEW(int, tri_blocks)};
-    parallel_for(p->nedge, GRAIN, measure_edges, &job);
+    parallel_for(p->nedge, GRAIN, sum_edges, &job);
     parallel_for(p->m->ntri, GRAIN, measure_tris, &job);
     double sum = 0;
     for (int b = 0; b < edge_blocks; b++) {
@@ -100,17 +91,19 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     shape.turn_limit = set->angle_deg * degree;
     shape.turn_kept = HYSTERESIS * shape.turn_limit;
     pass_find_normals(&shape);
-    bool more = true;
-    for (int k = 0; k < set->passes && !off && more; k++) {
-        Pass p = shape;
-        p.number = k;
-        more = run_pass(&p, &now, next_id, &stat);
-        pass_free(&p);
+    Pass p = shape, before = {0};
+    pass_find_edges(&p);
+    for (int k = 0; k < set->passes && !off && run_pass(&p, &now, next_id, &stat); k++) {
+        pass_free(&before);
+        before = p;
+        p = shape;
+        p.number = k + 1;
+        p.before = &before;
+        pass_find_edges(&p);
     }
-    Pass last = shape;
-    pass_find_edges(&last);
-    measure(&last, &stat);
-    pass_free(&last);
+    measure(&p, &stat);
+    pass_free(&p);
+    pass_free(&before);
     refine_free(memory);
     *memory = now;
     return stat;

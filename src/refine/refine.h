@@ -11,7 +11,7 @@
 #pragma once
 #include "field/field.h"
 #include "field/homes.h"
-#include "mesh/mesh.h"
+#include "mesh/crossings.h"
 
 /* What alpha_r limits: the angle between two normals, as in the papers, or the turn of the normal along an edge, or along a
  * line beside it in one of its triangles, by the field's Hessian (which GI'07 section 3 names for figure 7c's sake). */
@@ -59,8 +59,9 @@ typedef struct RefineStat {
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
                         const Homes *homes, int32_t *next_id, RefinedMesh *out);
 /* Midpoints of triangles that run through one another go back to the middle of their edges, where they change nothing, and
- * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the mechanical mesh too. Returns how many pairs are left; *flattened: midpoints. */
-int refine_untangle(RefinedMesh *m, const Field *field, int *flattened);
+ * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the
+ * mechanical mesh too, of which `mech` knows the pairs. Returns how many pairs are left; *flattened: midpoints. */
+int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, int *flattened);
 void refine_free(Refine *memory);
 /* Kept between two runs: into the store, or out of it into one that is zero. */
 void refine_store(Refine *memory, Store *s);

@@ -8,7 +8,7 @@
 
 enum { GRAIN = 1024, BATCH = 64 };
 
-/* One pass's view of the mesh: its edges. */
+/* One pass's view of the mesh: its edges. What a pass found out about a triangle or an edge that it did not cut, the next one takes over. */
 typedef struct Pass {
     RefinedMesh *m;
     const Field *field;
@@ -17,10 +17,15 @@ typedef struct Pass {
     const RefineSettings *set;
     double cos_limit, cos_kept, turn_limit, turn_kept, dev_limit, dev_kept; /* for fresh marks, and for those of last frame */
     int number;             /* of the pass, from 0 */
+    const struct Pass *before; /* NULL: none */
     int nedge;
     int32_t (*ends)[2];     /* [nedge] */
     int32_t (*side)[2];     /* [nedge] the two triangles */
     int32_t *edge_of;       /* [3*ntri] */
+    int32_t *from;          /* [nedge] the edge that it was in the pass before, or NONE */
+    int32_t *was;           /* [nedge] the pass that marked it in the last frame, or NONE */
+    uint8_t *self;          /* [nedge] by its own normals or midpoint it is to be cut */
+    double *far_vox;        /* [nedge] its midpoint's distance from the surface; < 0: not measured */
     uint8_t *marked;        /* [nedge] */
     uint8_t *mid_state;     /* [nedge] MID_... */
     Vec3 *mid_pos, *mid_normal; /* [nedge] where a marked edge's midpoint lands, or lies flat */
@@ -28,9 +33,11 @@ typedef struct Pass {
     Vec3 *tri_normal;       /* [ntri]; NULL by the Hessian */
     double (*turn)[2];      /* [nedge] of the normal, radians, in either triangle; NULL by normals */
     uint8_t *state;         /* [ntri] TRI_... */
+    int32_t *kept_tri;      /* [ntri after the cut] the triangle it was before the cut, or NONE */
+    int32_t *kept_side;     /* [3*ntri after the cut] the edge it was before, or NONE */
 } Pass;
 
-enum { MID_NONE, MID_LANDED, MID_FLAT };
+enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
 enum { TRI_CHECK = 1, TRI_BAD = 2, TRI_OTHER_DIAGONAL = 4 };
 
 /* The same edge in every frame, by the identities of its ends. */
@@ -54,6 +61,7 @@ void refined_copy(RefinedMesh *m, const Mesh *mech);
 
 /* --- edges.c -------------------------------------------------------------------------------------------------------- */
 
+/* Takes over what the pass before knew. */
 void pass_find_edges(Pass *p);
 void pass_free(Pass *p);
 
@@ -63,6 +71,8 @@ void pass_free(Pass *p);
 void pass_find_normals(Pass *p);
 /* Marks what the criteria ask for. Returns how many edges. */
 int pass_mark(Pass *p);
+/* The midpoints' first-order distances from the surface where they are not measured yet. */
+void pass_measure(Pass *p);
 
 /* --- hessian.c ------------------------------------------------------------------------------------------------------ */
 

@@ -75,17 +75,40 @@ static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *flat)
     }
 }
 
-int refine_untangle(RefinedMesh *m, const Field *field, int *flattened)
+/* All pairs: those of mechanical triangles that were not cut are known. look[m->ntri] is scratch. */
+static int find_pairs(const RefinedMesh *m, const Crossings *mech, int ntop, uint8_t *look, TriPair **pair, int *cap)
+{
+    int32_t *uncut = NEW(int32_t, ntop);
+    for (int t = 0; t < ntop; t++) uncut[t] = NONE;
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->tri + 3 * t;
+        look[t] = m->ends[c[0]][0] != NONE || m->ends[c[1]][0] != NONE || m->ends[c[2]][0] != NONE;
+        if (!look[t]) uncut[m->parent[t]] = t;
+    }
+    int n = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, pair, cap);
+    for (int i = 0; i < mech->n; i++) {
+        int a = uncut[mech->pair[i].a], b = uncut[mech->pair[i].b];
+        if (a == NONE || b == NONE) continue;
+        RESERVE(*pair, *cap, n + 1);
+        (*pair)[n++] = (TriPair){int_min(a, b), int_max(a, b)};
+    }
+    mem_free(uncut);
+    pairs_sort(n, *pair);
+    return n;
+}
+
+int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, int *flattened)
 {
     TriPair *pair = NULL;
     int cap = 0, left, ntop = 0;
     *flattened = 0;
     if (m->ntri == 0) return 0;
     for (int t = 0; t < m->ntri; t++) ntop = int_max(ntop, m->parent[t] + 1);
+    ASSERT(ntop <= mech->ntri);
     uint8_t *flat = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
     Vec3 *landed = NEW(Vec3, m->nvert);
     memcpy(landed, m->pos, (size_t)m->nvert * sizeof *landed);
-    left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, NULL, &pair, &cap);
+    left = find_pairs(m, mech, ntop, look, &pair, &cap);
     bool more = mark_flat(m, left, pair, flat);
     for (int round = 0; (more || left) && round < ROUNDS_MAX; round++) {
         memset(moved, 0, (size_t)m->nvert);

@@ -10,7 +10,7 @@
 #include "field/field.h"
 #include "field/homes.h"
 #include "base/hash.h"
-#include "mesh/mesh.h"
+#include "mesh/crossings.h"
 
 enum { ZONE_FIXED, ZONE_MOVES, ZONE_FRESH }; /* stays; may move; may be collapsed as well */
 
@@ -80,8 +80,8 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen);
 
 /* Rounds positions to float32 and takes triangles that run through one another apart, by flips, moves and collapses of their own
  * edges and corners, as long as each leaves fewer crossings, turns nothing over and strays no farther from the surface. The
- * mesh may hold dead triangles afterwards. Returns how many pairs are left. */
-int remesh_uncross(Remesh *r);
+ * mesh may hold dead triangles afterwards. Returns how many pairs are left; `c` knows them. */
+int remesh_uncross(Remesh *r, Crossings *c);
 
 /* Remembers each edge's length as the last step's. */
 void remesh_remember_lengths(Mesh *mesh);

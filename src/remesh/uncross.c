@@ -2,8 +2,10 @@
  * Each edit is judged before it is made, by the crossings of the triangles it takes away and of those it puts in their place. */
 #include "remesh/remesh_priv.h"
 
+#include "mesh/facet.h"
 #include "mesh/intersect.h"
 
+#include <limits.h>
 #include <math.h>
 
 enum { ROUNDS_MAX = 4, PLACES = 16, BLOCK = 64 };
@@ -26,13 +28,16 @@ typedef struct Uncross {
     Box *box;              /* [mesh->ntri] of the live triangles, */
     Box *block;            /* and around every BLOCK of them: neighbours by number mostly are neighbours */
     uint8_t *taken;        /* [mesh->ntri] by the edit that is tried */
+    Box *edited;           /* [nedited] around each edit made */
+    int nedited, capedited;
     Box room;              /* where edits may happen, */
-    int32_t *near;         /* and the triangles that reach into it */
-    int nnear, capnear;
+    Crowd near;            /* and the triangles that reach into it */
     int32_t *old;          /* an edit: the triangles it takes away, */
     int nold, capold;
+    int before;            /* their crossings; NONE: not counted yet */
     Corners *fresh;        /* and those it puts in their place */
     int nfresh, capfresh;
+    Crowd own;             /* an edit's triangles counted so far */
 } Uncross;
 
 /* --- boxes --------------------------------------------------------------------------------------------------------------- */
@@ -83,6 +88,7 @@ static void begin_edit(Uncross *u)
 {
     for (int i = 0; i < u->nold; i++) u->taken[u->old[i]] = 0;
     u->nold = u->nfresh = 0;
+    u->before = NONE;
 }
 
 static void take(Uncross *u, int t)
@@ -106,31 +112,37 @@ static void put_triangle(Uncross *u, int a, int b, int c)
     put(u, (Corners){.v = {a, b, c}, .p = {p[a], p[b], p[c]}});
 }
 
+static void take_ring(Uncross *u, int v)
+{
+    const Mesh *m = u->r->mesh;
+    int h = m->out[v];
+    do take(u, h / 3);
+    while ((h = he_around(m, h)) != m->out[v]);
+}
+
 /* The triangles around v, with v at p under the name `as`; those that hold `without` vanish. */
 static void put_ring(Uncross *u, int v, int as, Vec3 p, int without)
 {
     const Mesh *m = u->r->mesh;
     int h = m->out[v];
     do {
-        take(u, h / 3);
         int a = he_to(m, h), b = m->corner[he_prev(h)];
         if (a != without && b != without) put(u, (Corners){.v = {as, a, b}, .p = {p, m->pos[a], m->pos[b]}});
     } while ((h = he_around(m, h)) != m->out[v]);
 }
 
-/* How often these triangles run through one another and through those around that the edit leaves. */
-static int count_crossings(const Uncross *u, const Corners *c, int n)
+/* How often an edit's triangles run through one another and through those around that it leaves; counts no further than `most`. */
+static int count_crossings(Uncross *u, const Corners *c, int n, int most)
 {
-    const Mesh *m = u->r->mesh;
     int count = 0;
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < u->nnear; k++) {
-            int t = u->near[k];
-            if (u->taken[t] || !boxes_meet(&u->box[t], &c[i].box)) continue;
-            Corners o = corners_of(m, t);
-            count += triangles_intersect(c[i].v, c[i].p, o.v, o.p);
-        }
-        for (int k = 0; k < i; k++) count += boxes_meet(&c[k].box, &c[i].box) && triangles_intersect(c[i].v, c[i].p, c[k].v, c[k].p);
+    crowd_clear(&u->own);
+    for (int i = 0; i < n && count < most; i++) {
+        Facet f;
+        Box32 box = box32_of(c[i].p);
+        if (!facet_make(&f, c[i].v, c[i].p)) continue;
+        count += crowd_count(&u->own, &f, &box, NULL, most - count);
+        count += count < most ? crowd_count(&u->near, &f, &box, u->taken, most - count) : 0;
+        crowd_add(&u->own, &f, &box, NONE);
     }
     return count;
 }
@@ -157,7 +169,8 @@ static bool edit_helps(Uncross *u)
         if (!box_holds(&u->room, &u->fresh[i].box) || triangle_is_collinear(u->fresh[i].p)) return false;
     Corners *was = NEW(Corners, u->nold);
     for (int i = 0; i < u->nold; i++) was[i] = corners_of(u->r->mesh, u->old[i]);
-    bool helps = count_crossings(u, u->fresh, u->nfresh) < count_crossings(u, was, u->nold);
+    if (u->before == NONE) u->before = count_crossings(u, was, u->nold, INT_MAX);
+    bool helps = count_crossings(u, u->fresh, u->nfresh, u->before) < u->before;
     if (helps) {
         Harm before = harm_of(u, was, u->nold), after = harm_of(u, u->fresh, u->nfresh);
         helps = after.inverted <= before.inverted && after.deviation <= before.deviation;
@@ -183,14 +196,15 @@ static bool try_flip(Uncross *u, int h)
     return true;
 }
 
+/* Its ring is taken. */
 static bool try_place(Uncross *u, int v, Vec3 p)
 {
     Remesh *r = u->r;
-    if (!remesh_in_zone(r, v) || !remesh_land_point(r, v, &p, REACH * r->edge)) return false;
+    if (!remesh_land_point(r, v, &p, REACH * r->edge)) return false;
     p = v_round32(p);
     Vec3 n = remesh_normal_at(r, p);
     if (v_dot(n, r->normal[v]) <= 0) return false;
-    begin_edit(u);
+    u->nfresh = 0;
     put_ring(u, v, v, p, NONE);
     if (!edit_helps(u)) return false;
     r->mesh->pos[v] = p;
@@ -202,7 +216,10 @@ static bool try_place(Uncross *u, int v, Vec3 p)
 static bool try_move(Uncross *u, int v)
 {
     const Remesh *r = u->r;
+    if (!remesh_in_zone(r, v)) return false;
     Vec3 was = r->mesh->pos[v], mean = mesh_ring_mean(r->mesh, v), n = r->normal[v];
+    begin_edit(u);
+    take_ring(u, v);
     for (int i = 0; i < 3; i++)
         if (try_place(u, v, v_mix(was, mean, 1 - 0.3 * i))) return true;
     for (int i = 0; i < PLACES; i++)
@@ -220,8 +237,11 @@ static bool try_collapse(Uncross *u, int h)
     Vec3 place[3] = {m->pos[a], m->pos[b], v_mid(m->pos[a], m->pos[b])};
     remesh_land_point(r, a, &place[2], 0.5 * r->edge);
     place[2] = v_round32(place[2]);
+    begin_edit(u);
+    take_ring(u, a);
+    take_ring(u, b);
     for (int k = 0; k < 3; k++) {
-        begin_edit(u);
+        u->nfresh = 0;
         put_ring(u, a, a, place[k], b);
         put_ring(u, b, a, place[k], a);
         if (!edit_helps(u)) continue;
@@ -232,7 +252,7 @@ static bool try_collapse(Uncross *u, int h)
     return false;
 }
 
-static void find_near(Uncross *u, const TriPair *pair)
+static void find_room(Uncross *u, const TriPair *pair)
 {
     const Mesh *m = u->r->mesh;
     u->room = box_join(u->box[pair->a], u->box[pair->b]);
@@ -244,15 +264,40 @@ static void find_near(Uncross *u, const TriPair *pair)
     double d = MARGIN * u->r->edge;
     u->room.lo = v_sub(u->room.lo, vec3(d, d, d));
     u->room.hi = v_add(u->room.hi, vec3(d, d, d));
-    u->nnear = 0;
+}
+
+static void find_near(Uncross *u)
+{
+    const Mesh *m = u->r->mesh;
+    crowd_clear(&u->near);
     for (int b = 0; b * BLOCK < m->ntri; b++) {
         if (!boxes_meet(&u->block[b], &u->room)) continue;
         for (int t = b * BLOCK; t < int_min(m->ntri, (b + 1) * BLOCK); t++) {
             if (tri_is_dead(m, t) || !boxes_meet(&u->box[t], &u->room)) continue;
-            RESERVE(u->near, u->capnear, u->nnear + 1);
-            u->near[u->nnear++] = t;
+            Corners c = corners_of(m, t);
+            Box32 box = box32_of(c.p);
+            Facet f;
+            if (facet_make(&f, c.v, c.p)) crowd_add(&u->near, &f, &box, t);
         }
     }
+}
+
+/* Whether edits from number `first` on reached into the room. */
+static bool room_has_changed(const Uncross *u, int first)
+{
+    for (int i = first; i < u->nedited; i++)
+        if (boxes_meet(&u->edited[i], &u->room)) return true;
+    return false;
+}
+
+static void note_edit(Uncross *u)
+{
+    Box all = u->box[u->old[0]];
+    for (int i = 0; i < u->nold; i++) all = box_join(all, u->box[u->old[i]]);
+    for (int i = 0; i < u->nfresh; i++) all = box_join(all, u->fresh[i].box);
+    for (int i = 0; i < u->nold; i++) note_box(u, u->old[i]);
+    RESERVE(u->edited, u->capedited, u->nedited + 1);
+    u->edited[u->nedited++] = all;
 }
 
 static bool uncross_pair(Uncross *u, const TriPair *pair)
@@ -260,7 +305,7 @@ static bool uncross_pair(Uncross *u, const TriPair *pair)
     const Mesh *m = u->r->mesh;
     int half[6];
     for (int i = 0; i < 6; i++) half[i] = 3 * (i < 3 ? pair->a : pair->b) + i % 3;
-    find_near(u, pair);
+    find_near(u);
     for (int i = 0; i < 6; i++)
         if (try_flip(u, half[i])) return true;
     for (int i = 0; i < 6; i++)
@@ -277,30 +322,47 @@ static bool still_crosses(const Mesh *m, const TriPair *pair)
     return triangles_intersect(a.v, a.p, b.v, b.p);
 }
 
-int remesh_uncross(Remesh *r)
+/* One after the other. `was`: those that the round before left, and how many edits there had been then; `now` is to hold those of
+ * this. Where nothing has changed since, nothing helps. Returns whether anything did. */
+static bool uncross_pairs(Uncross *u, int n, const TriPair *pair, const Map *was, Map *now)
+{
+    bool helped = false;
+    for (int i = 0; i < n; i++) {
+        uint64_t key = key_pair(pair[i].a, pair[i].b);
+        int since = map_get(was, key);
+        if (!still_crosses(u->r->mesh, &pair[i])) continue;
+        find_room(u, &pair[i]);
+        if (since != NONE && !room_has_changed(u, since)) map_put(now, key, since);
+        else if (!uncross_pair(u, &pair[i])) map_put(now, key, u->nedited);
+        else helped = true, note_edit(u);
+    }
+    return helped;
+}
+
+int remesh_uncross(Remesh *r, Crossings *c)
 {
     Mesh *m = r->mesh;
-    TriPair *pair = NULL;
-    int cap = 0, left = 0;
+    int left = 0;
     bool helped = true;
+    Map was = {0};
     Uncross u = {.r = r, .taken = NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) m->pos[v] = v_round32(m->pos[v]);
     for (int round = 0; helped && round < ROUNDS_MAX; round++) {
-        helped = false;
-        left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+        Map now = {0};
+        left = crossings_find(c, m);
         if (left && !u.box) find_boxes(&u);
-        for (int i = 0; i < left; i++) {
-            if (!still_crosses(m, &pair[i]) || !uncross_pair(&u, &pair[i])) continue;
-            helped = true;
-            for (int k = 0; k < u.nold; k++) note_box(&u, u.old[k]);
-        }
+        helped = uncross_pairs(&u, left, c->pair, &was, &now);
+        map_free(&was);
+        was = now;
     }
-    if (helped) left = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
-    mem_free(pair);
+    map_free(&was);
+    if (helped) left = crossings_find(c, m);
     mem_free(u.box);
     mem_free(u.block);
     mem_free(u.taken);
-    mem_free(u.near);
+    mem_free(u.edited);
+    crowd_free(&u.near);
+    crowd_free(&u.own);
     mem_free(u.old);
     mem_free(u.fresh);
     return left;

@@ -1,11 +1,8 @@
 #include "topology/audit.h"
 
-#include "base/thread.h"
 #include "topology/speck.h"
 
 #include <string.h>
-
-enum { GRAIN = 1024 };
 
 /* The coarse mesh of a small component loses much of its volume (an octahedron in a ball keeps a third of it), but must
  * not turn inside out, wither or lie elsewhere. */
@@ -15,45 +12,60 @@ enum { GRAIN = 1024 };
 
 /* --- where the vertices lie ------------------------------------------------------------------------------------------ */
 
-typedef struct LocateJob {
-    const IsoSurface *iso;
-    const AuditMesh *mesh;
-    int32_t *comp; /* [nvert] of the isosurface, or NONE */
-    uint8_t *sure; /* [nvert] */
-} LocateJob;
+enum { SAMPLE = 256 }; /* triangles of a component, evenly spread, whose corners tell where it lies; of a smaller one all */
 
-static void locate_block(void *ctx, int begin, int end)
+enum { NOT_ASKED, UNSURE, SURE };
+
+typedef struct Located {
+    int32_t *comp;  /* [nvert] of the isosurface, or NONE */
+    uint8_t *state; /* [nvert] NOT_ASKED, ... */
+} Located;
+
+/* Where vertex v lies, if that is as sure as wanted; else NONE. */
+static int place_of(const IsoSurface *iso, const AuditMesh *mesh, Located *at, int v, int wanted)
 {
-    LocateJob *job = ctx;
-    for (int v = begin; v < end; v++) {
+    if (at->state[v] == NOT_ASKED) {
         bool sure;
-        job->comp[v] = iso_component_at(job->iso, job->mesh->pos[v], &sure);
-        job->sure[v] = sure;
+        at->comp[v] = iso_component_at(iso, mesh->pos[v], &sure);
+        at->state[v] = sure ? SURE : UNSURE;
     }
+    return at->state[v] == wanted ? at->comp[v] : NONE;
+}
+
+static int32_t *find_strides(const AuditMesh *mesh)
+{
+    int32_t *stride = NEW0(int32_t, mesh->ncomp);
+    for (int t = 0; t < mesh->ntri; t++) stride[mesh->tri_comp[t]]++;
+    for (int c = 0; c < mesh->ncomp; c++) stride[c] = int_max(1, stride[c] / SAMPLE);
+    return stride;
 }
 
 /* The component of the isosurface each mesh component sits on: where most of its sure vertices are. */
-static void find_partners(const AuditMesh *mesh, const LocateJob *at, int32_t *partner)
-{
-    int32_t *votes = NEW0(int32_t, mesh->ncomp); /* majority vote in one sweep (Boyer and Moore), sure vertices first */
-    for (int c = 0; c < mesh->ncomp; c++) partner[c] = NONE;
-    for (int pass = 0; pass < 2; pass++)
-        for (int h = 0; h < 3 * mesh->ntri; h++) {
-            int v = mesh->tri[h], c = mesh->tri_comp[h / 3];
-            if (at->comp[v] == NONE || (pass == 0) != at->sure[v] || (pass == 1 && partner[c] != NONE)) continue;
-            if (votes[c] == 0) partner[c] = at->comp[v];
-            votes[c] += partner[c] == at->comp[v] ? 1 : -1;
-        }
-    mem_free(votes);
-}
-
 static void locate_partners(const IsoSurface *iso, const AuditMesh *mesh, int32_t *partner)
 {
-    LocateJob at = {iso, mesh, NEW(int32_t, mesh->nvert), NEW(uint8_t, mesh->nvert)};
-    parallel_for(mesh->nvert, GRAIN, locate_block, &at);
-    find_partners(mesh, &at, partner);
+    Located at = {NEW(int32_t, mesh->nvert), NEW0(uint8_t, mesh->nvert)};
+    int32_t *stride = find_strides(mesh), *rank = NEW(int32_t, mesh->ncomp);
+    int32_t *votes = NEW0(int32_t, mesh->ncomp); /* majority vote in one sweep (Boyer and Moore), sure vertices first */
+    for (int c = 0; c < mesh->ncomp; c++) partner[c] = NONE;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int c = 0; c < mesh->ncomp; c++) rank[c] = 0;
+        for (int t = 0; t < mesh->ntri; t++) {
+            int c = mesh->tri_comp[t];
+            if (rank[c]++ % stride[c]) continue;
+            for (int k = 0; k < 3; k++) {
+                if (pass == 1 && partner[c] != NONE) continue;
+                int place = place_of(iso, mesh, &at, mesh->tri[3 * t + k], pass == 0 ? SURE : UNSURE);
+                if (place == NONE) continue;
+                if (votes[c] == 0) partner[c] = place;
+                votes[c] += partner[c] == place ? 1 : -1;
+            }
+        }
+    }
     mem_free(at.comp);
-    mem_free(at.sure);
+    mem_free(at.state);
+    mem_free(stride);
+    mem_free(rank);
+    mem_free(votes);
 }
 
 /* --- Euler characteristic of each mesh component ------------------------------------------------------------------------ */
@@ -118,7 +130,7 @@ AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool sizes, 
     memset(mesh_bad, 0, (size_t)mesh->ncomp);
     locate_partners(iso, mesh, partner);
     count_euler(mesh, euler);
-    measure_sizes(iso, mesh, size);
+    if (sizes) measure_sizes(iso, mesh, size);
     for (int k = 0; k < iso->ncomp; k++) taken[k] = NONE;
     for (int c = 0; c < mesh->ncomp; c++) {
         int k = partner[c];

@@ -19,7 +19,8 @@ typedef struct AuditStat {
 
 /* Matches the components one to one. mesh_bad[mesh->ncomp] and iso_bad[iso->ncomp] are set for those that are not exactly matched:
  * a different Euler characteristic, several mesh components on one of the isosurface, and, with `sizes`, a volume or
- * an extent that is not the component's (specks excepted). partner[mesh->ncomp]: the component each lies on, or NONE. */
+ * an extent that is not the component's (specks excepted). partner[mesh->ncomp]: the component each lies on, or NONE; of a large
+ * one some of the vertices tell. */
 AuditStat audit_match(const IsoSurface *iso, const AuditMesh *mesh, bool sizes, uint8_t *mesh_bad, uint8_t *iso_bad, int32_t *partner);
 
 /* home[mesh->nvert]: the component of the isosurface that most of the vertex's mesh component lies on, or NONE. */

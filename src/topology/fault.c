@@ -1,7 +1,6 @@
 #include "topology/fault.h"
 
 #include "base/thread.h"
-#include "mesh/intersect.h"
 #include "topology/speck.h"
 
 enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
@@ -110,16 +109,13 @@ static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
     mem_free(near);
 }
 
-static void find_crossings(const Mesh *m, Faults *f)
+static void find_crossings(const Mesh *m, Crossings *c, Faults *f)
 {
-    TriPair *pair = NULL;
-    int cap = 0;
-    f->crossed = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
-    for (int i = 0; i < f->crossed; i++) f->tri[pair[i].a] |= FAULT_CROSSED, f->tri[pair[i].b] |= FAULT_CROSSED;
-    mem_free(pair);
+    f->crossed = crossings_find(c, m);
+    for (int i = 0; i < f->crossed; i++) f->tri[c->pair[i].a] |= FAULT_CROSSED, f->tri[c->pair[i].b] |= FAULT_CROSSED;
 }
 
-void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults *f)
+void faults_find(const IsoSurface *iso, const Mesh *mesh, Crossings *crossings, Faults *f)
 {
     *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW0(uint8_t, iso->ncell)};
     Job job = {iso, mesh, f};
@@ -127,7 +123,7 @@ void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults
     parallel_for(mesh->ntri, GRAIN, triangle_block, &job);
     find_uncovered(iso, mesh, f);
     drop_beside(iso, mesh, f);
-    if (crossings) find_crossings(mesh, f);
+    if (crossings) find_crossings(mesh, crossings, f);
     for (int v = 0; v < mesh->nvert; v++) f->strays += f->comp[v] == NONE;
     for (int t = 0; t < mesh->ntri; t++) {
         f->torn += f->tri[t] == FAULT_TORN;

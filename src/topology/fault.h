@@ -2,6 +2,7 @@
  *
  * The audit says which components are wrong; this says which triangles, so that the mend can stay local. */
 #pragma once
+#include "mesh/crossings.h"
 #include "topology/iso.h"
 
 /* What a triangle can be. */
@@ -21,6 +22,6 @@ typedef struct Faults {
     int any;          /* faulty triangles and uncovered cells */
 } Faults;
 
-/* `mesh` must be compact. `crossings`: triangles that run through one another as well; positions must hold float32 values then. */
-void faults_find(const IsoSurface *iso, const Mesh *mesh, bool crossings, Faults *f);
+/* `mesh` must be compact. `crossings`: triangles that run through one another as well (NULL: not); positions must hold float32 values then. */
+void faults_find(const IsoSurface *iso, const Mesh *mesh, Crossings *crossings, Faults *f);
 void faults_free(Faults *f);

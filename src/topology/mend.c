@@ -1,6 +1,5 @@
 #include "topology/mend.h"
 
-#include "mesh/intersect.h"
 #include "remesh/remesh.h"
 #include "topology/fault.h"
 #include "topology/graft.h"
@@ -255,14 +254,14 @@ static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pa
 }
 
 /* Turns inverted triangles back and takes those that run through one another apart; returns how many pairs are left. */
-static int untangle(const IsoSurface *iso, Mesh *m, double edge)
+static int untangle(const IsoSurface *iso, Mesh *m, double edge, Crossings *c)
 {
     Remesh r;
     int found;
     int32_t *home = audit_mesh_homes(iso, m);
     remesh_begin(&r, m, iso->field, edge, &(Homes){iso_is_home, iso, home});
     remesh_heal(&r, NULL, &found);
-    int left = remesh_uncross(&r);
+    int left = remesh_uncross(&r, c);
     if (m->deadtri) remesh_compact(&r, NULL);
     remesh_end(&r);
     mem_free(home);
@@ -270,14 +269,13 @@ static int untangle(const IsoSurface *iso, Mesh *m, double edge)
 }
 
 /* Triangles that run through one another between surfaces too near for their size are split, as far as that helps. */
-static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
+static void split_crossed(const IsoSurface *iso, Mesh *m, double edge, Crossings *c)
 {
-    TriPair *pair = NULL;
-    int cap = 0, n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+    int n = crossings_find(c, m);
     for (int k = 0; k < SPLITS_MAX && n > 0; k++) {
         Mesh trial = copy_mesh(m);
-        bool split = split_pairs(iso, &trial, n, pair);
-        int left = split ? untangle(iso, &trial, edge) : n;
+        bool split = split_pairs(iso, &trial, n, c->pair);
+        int left = split ? untangle(iso, &trial, edge, c) : n;
         if (left < n) {
             Mesh was = *m;
             *m = trial;
@@ -285,9 +283,8 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
         }
         mesh_free(&trial);
         if (left >= n) break;
-        n = intersect_find(&(TriSoup){m->ntri, m->pos, m->corner}, NULL, &pair, &cap);
+        n = crossings_find(c, m);
     }
-    mem_free(pair);
 }
 
 void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat *stat)
@@ -301,12 +298,12 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
-        if (again && opt->crossings) untangle(iso, m, opt->edge);
+        if (again && opt->crossings) untangle(iso, m, opt->edge, opt->crossings);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
     }
-    if (opt->crossings) split_crossed(iso, m, opt->edge);
+    if (opt->crossings) split_crossed(iso, m, opt->edge, opt->crossings);
 }
 
 void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)

@@ -6,6 +6,7 @@
  * which are made anew, in the end with the reference triangles as they are. A component that is made anew as a whole keeps the
  * identities of its sound vertices all the same, and most of the edges between them. */
 #pragma once
+#include "mesh/crossings.h"
 #include "topology/audit.h"
 
 enum { WHOLE_TRIANGLES = 500 };
@@ -31,7 +32,7 @@ typedef struct MendStat {
 typedef struct MendOptions {
     double edge;           /* wanted, world units */
     const uint8_t *frozen; /* [mesh->nvert] vertices that did not move since the last mend */
-    bool crossings;        /* mend triangles that run through one another as well */
+    Crossings *crossings;  /* mend triangles that run through one another as well; NULL: not */
 } MendOptions;
 
 /* `mesh` must be compact, and is afterwards; its positions are rounded to float32. Vertices outside patches keep their

@@ -11,7 +11,7 @@ enum { REST_COLUMNS = 4, GRAIN = 1024 };
 typedef struct Twin {
     int nvert, ntri;
     const Vec3 *pos;
-    const Vec3 *normal;     /* NULL: ask the field */
+    const Vec3 *normal;
     const int32_t *id, *tri, *parent;
 } Twin;
 
@@ -99,9 +99,7 @@ static void column_block(void *ctx, int begin, int end)
     for (int v = begin; v < end; v++) {
         int to = job->vert_to[v];
         if (to == NONE) continue;
-        Vec3 n;
-        if (job->w->normal) n = job->w->normal[v];
-        else field_normals(job->tr->field, 1, &job->w->pos[v], &n);
+        Vec3 n = job->w->normal[v];
         put3(job->out->pos + 3 * to, job->w->pos[v]);
         put3(job->out->normal + 3 * to, n);
         if (job->out->velocity) {
@@ -142,7 +140,7 @@ void track_meshes(const Track *tr, bool open_border, TriMesh *mechanical, TriMes
 {
     const Mesh *m = &tr->mesh;
     const RefinedMesh *f = &tr->fine;
-    Twin mech = {m->nvert, m->ntri, m->pos, NULL, m->id, m->corner, NULL};
+    Twin mech = {m->nvert, m->ntri, m->pos, f->normal, m->id, m->corner, NULL}; /* its vertices are the first of the other's */
     Twin fine = {f->nvert, f->ntri, f->pos, f->normal, f->id, f->tri, f->parent};
     int32_t *parent_to = NEW(int32_t, m->ntri), *tri_to = NEW(int32_t, f->ntri), *vert_to = NEW(int32_t, int_max(m->nvert, f->nvert));
     int count[2];

@@ -44,6 +44,7 @@ void track_close(Track *tr)
     refine_free(&tr->refine);
     refined_free(&tr->fine);
     iso_free(&tr->iso);
+    crossings_free(&tr->crossings);
     mem_free(tr->mended.patch);
     mem_free(tr->changes.change);
     bodies_free(&tr->bodies);
@@ -195,7 +196,7 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
 }
 
 /* Brings the mesh to the isosurface's topology. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, FrameStat *stat)
+static void audit_and_mend(Track *tr, const IsoSurface *iso, Crossings *crossings, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
@@ -266,7 +267,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     remesh_heal(&r, tr->frozen, &found);
     stat->inverted_found += found;
     remesh_rehome(&r, tr->frozen);
-    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r);
+    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r, &tr->crossings);
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
@@ -317,7 +318,8 @@ static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
 static void untangle(Track *tr, FrameStat *stat)
 {
     double t0 = track_clock();
-    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &stat->flattened);
+    crossings_find(&tr->crossings, &tr->mesh);
+    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &tr->crossings, &stat->flattened);
     stat->seconds.refine += track_clock() - t0;
 }
 
@@ -411,10 +413,10 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     const IsoSurface *iso = &tr->iso;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, iso, stat);
-    if (mend) audit_and_mend(tr, iso, false, stat);
+    if (mend) audit_and_mend(tr, iso, NULL, stat);
     alter_and_relax(tr, iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, iso, true, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, iso, &tr->crossings, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, iso, stat); /* a mesh just made has had no events */
     if (tr->set.rest) rest_settle(tr);
@@ -445,6 +447,9 @@ void track_pass_on(Track *from, Track *to)
     MendStat mended = to->mended;
     to->mended = from->mended;
     from->mended = mended;
+    Crossings crossings = to->crossings;
+    to->crossings = from->crossings;
+    from->crossings = crossings;
 }
 
 /* What the figures of a frame are in the next one, if nothing changes. */

@@ -60,6 +60,7 @@ struct Track {
     int32_t next_midpoint;  /* identity */
     bool refined;           /* fine is of this frame already: the papers' rules need it */
     IsoSurface iso;         /* of this frame; zero once it is completed */
+    Crossings crossings;    /* of the mechanical mesh when last asked: remembered work alone */
     MendStat mended;        /* in this frame */
     bool still;             /* the frame's surface is last frame's */
     FrameStat last;         /* figures of the last frame completed */

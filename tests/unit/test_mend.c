@@ -31,7 +31,9 @@ static MendStat mend(const Scene *s, Mesh *m)
 {
     MendStat stat = {0};
     uint8_t *frozen = NEW0(uint8_t, m->nvert);
-    mend_mesh(&s->iso, &(MendOptions){EDGE, frozen, true}, m, &stat);
+    Crossings known = {0};
+    mend_mesh(&s->iso, &(MendOptions){EDGE, frozen, &known}, m, &stat);
+    crossings_free(&known);
     mem_free(frozen);
     mem_free(stat.patch);
     stat.patch = NULL;
@@ -59,7 +61,9 @@ static void assert_mended(const Scene *s, const Mesh *m)
     AuditStat a = audit_match(&s->iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, true, mesh_bad, iso_bad, partner);
     assert_int_equal(a.wrong_mesh + a.wrong_iso, 0);
     Faults f;
-    faults_find(&s->iso, m, true, &f);
+    Crossings known = {0};
+    faults_find(&s->iso, m, &known, &f);
+    crossings_free(&known);
     assert_int_equal(f.strays + f.torn + f.degenerate + f.inverted + f.crossed, 0);
     faults_free(&f);
 }
@@ -118,7 +122,7 @@ static void faults_are_found_and_mended_where_they_are(void **state)
         else if (kind == 1) m.pos[v] = v_sub(v_scale(centre, 2), m.pos[v]);                           /* on its other side */
         else m.pos[v] = m.pos[he_to(&m, he_next(m.opp[he_next(m.out[v])]))];                          /* over a neighbour's triangle */
         Faults f;
-        faults_find(&s.iso, &m, false, &f);
+        faults_find(&s.iso, &m, NULL, &f);
         int faulty = 0;
         for (int t = 0; t < m.ntri; t++) faulty += f.tri[t] != 0;
         assert_true(faulty > 0 && faulty <= valence + 1);

@@ -536,8 +536,9 @@ static void pieces_laid_flat_keep_an_area(void **state)
     int32_t ends[][2] = {{NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {0, 1}};
     int32_t tri[] = {0, 6, 2, 6, 1, 2, 3, 4, 5}, parent[] = {0, 0, 1};
     RefinedMesh m = {.nvert = 7, .ntri = 3, .pos = pos, .ends = ends, .tri = tri, .parent = parent};
+    Crossings none = {.ntri = 2};
     int flattened;
-    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
     assert_int_equal(flattened, 1);
     assert_true(pos[6].z > 0 && pos[6].z < 0.01);
     for (int t = 0; t < 3; t++) assert_true(v_len2(v_area2(pos[tri[3 * t]], pos[tri[3 * t + 1]], pos[tri[3 * t + 2]])) > 0);
@@ -554,13 +555,14 @@ static void crossing_pieces_are_laid_flat(void **state)
     int32_t next_id = 1 << 20;
     int flattened;
     scene_make(&s, 28, fn_ball, k, 1.5);
+    Crossings none = {.ntri = s.mesh.ntri};
     refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0, AS_PAPERS}, NULL, &next_id, &m);
-    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
     assert_int_equal(flattened, 0);
     int v = m.nvert - 1, a = m.ends[v][0], b = m.ends[v][1];
     assert_true(a != NONE);
     m.pos[v] = v_round32(v_axpy(m.pos[v], -17, m.normal[v])); /* out on the other side */
-    assert_int_equal(refine_untangle(&m, &s.field, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
     assert_true(flattened > 0 && flattened < m.nvert / 2);
     Vec3 mid = v_round32(v_mid(m.pos[a], m.pos[b]));
     assert_true(v_dist(m.pos[v], mid) == 0);

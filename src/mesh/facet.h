@@ -1,0 +1,77 @@
+/* facet.h: a triangle made ready for many tests, and crowds of them. Positions hold float32 values, as in intersect.h. */
+#pragma once
+#include "base/base.h"
+#include "base/vec.h"
+
+typedef struct Facet {
+    Vec3 p[3];
+    int32_t v[3];
+    Vec3 normal;   /* (p1 - p0) x (p2 - p0) */
+    Vec3 all;      /* the same with every term taken positive: the scale of the normal's error */
+} Facet;
+
+/* False: no area, not to be tested. */
+bool facet_make(Facet *f, const int32_t v[3], const Vec3 p[3]);
+/* Do they intersect, as intersect.h says? */
+bool facets_intersect(const Facet *f, const Facet *g);
+
+/* Exact: the coordinates are float32. */
+typedef struct Box32 {
+    float lo[3], hi[3];
+} Box32;
+
+static inline Box32 box32_of(const Vec3 p[3])
+{
+    Box32 b;
+    for (int k = 0; k < 3; k++) {
+        float x = (float)v_get(p[0], k), y = (float)v_get(p[1], k), z = (float)v_get(p[2], k);
+        float lo = x < y ? x : y, hi = x < y ? y : x;
+        b.lo[k] = z < lo ? z : lo;
+        b.hi[k] = z > hi ? z : hi;
+    }
+    return b;
+}
+static inline bool box32_meets(const Box32 *a, const Box32 *b)
+{
+    return (a->lo[0] <= b->hi[0]) & (b->lo[0] <= a->hi[0]) & (a->lo[1] <= b->hi[1]) & (b->lo[1] <= a->hi[1]) &
+           (a->lo[2] <= b->hi[2]) & (b->lo[2] <= a->hi[2]);
+}
+
+/* Boxes in columns: one loop tests a box against all. Those not in use are box32_none(). */
+enum { BOX_ROW = 16 };
+typedef struct BoxRow {
+    float lo[3][BOX_ROW], hi[3][BOX_ROW];
+} BoxRow;
+
+static inline Box32 box32_none(void)
+{
+    return (Box32){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+}
+
+static inline void boxrow_set(BoxRow *row, int at, Box32 b)
+{
+    for (int k = 0; k < 3; k++) row->lo[k][at] = b.lo[k], row->hi[k][at] = b.hi[k];
+}
+
+static inline void boxrow_test(const BoxRow *row, const Box32 *b, uint8_t hit[BOX_ROW])
+{
+    int meets[BOX_ROW];
+    for (int i = 0; i < BOX_ROW; i++)
+        meets[i] = (row->lo[0][i] <= b->hi[0]) & (b->lo[0] <= row->hi[0][i]) & (row->lo[1][i] <= b->hi[1]) &
+                   (b->lo[1] <= row->hi[1][i]) & (row->lo[2][i] <= b->hi[2]) & (b->lo[2] <= row->hi[2][i]);
+    for (int i = 0; i < BOX_ROW; i++) hit[i] = (uint8_t)meets[i];
+}
+
+/* Some triangles that others are tested against, one by one. Zero is an empty one. */
+typedef struct Crowd {
+    int n, cap;
+    Facet *facet;   /* [n] */
+    int32_t *name;  /* [n] */
+    BoxRow *row;    /* [n / BOX_ROW, rounded up] */
+} Crowd;
+
+void crowd_clear(Crowd *c);
+void crowd_free(Crowd *c);
+void crowd_add(Crowd *c, const Facet *f, const Box32 *b, int name);
+/* How many the facet intersects, but for those whose names are set in without[] (NULL: none); counts no further than `most`. */
+int crowd_count(const Crowd *c, const Facet *f, const Box32 *b, const uint8_t *without, int most);
