@@ -1,5 +1,6 @@
 #include "topology/graft_priv.h"
 
+#include "topology/fault.h"
 #include "topology/speck.h"
 
 #include <string.h>
@@ -246,16 +247,18 @@ static bool stop_leaks(Graft *g, uint8_t *beside, int *left)
     return true;
 }
 
+static bool is_severe(const Graft *g, int t) { return g->plan->drop[t] & (FAULT_INVERTED | FAULT_CROSSED); }
+
 /* The hole around triangle t stays as it was; or, where that cannot be, all of its component is looked at. */
 static void spare_hole(Graft *g, int t, int32_t *stack)
 {
     const Mesh *m = g->mesh;
     int n = 0;
-    bool good = !g->plan->thorough;
+    bool good = true;
     g->drop[t] = 0;
     stack[n++] = t;
     for (int at = 0; at < n; at++) {
-        good = good && is_one_component(g, stack[at]);
+        good = good && is_one_component(g, stack[at]) && !(g->plan->thorough && is_severe(g, stack[at]));
         for (int h = 3 * stack[at]; h < 3 * stack[at] + 3; h++) {
             int u = m->opp[h] / 3;
             if (g->drop[u]) g->drop[u] = 0, stack[n++] = u;
