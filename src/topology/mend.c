@@ -84,7 +84,8 @@ static bool is_large_wrong(const IsoSurface *iso, const uint8_t *wrong)
     return any;
 }
 
-static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, Verdict *v)
+/* `crossings`: triangles that run through one another are looked for. */
+static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, bool crossings, Verdict *v)
 {
     int32_t *comp = NEW(int32_t, m->ntri);
     int n = mesh_components(m, comp, NULL);
@@ -93,7 +94,7 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     *v = (Verdict){.whole = NEW0(uint8_t, iso->ncomp), .wrong = NEW(uint8_t, iso->ncomp), .faulty = NEW0(int32_t, iso->ncomp)};
     AuditStat a = audit_match(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, true, mesh_bad, v->wrong, partner);
     Faults *f = &v->faults;
-    faults_find(iso, m, opt->crossings, f);
+    faults_find(iso, m, crossings, f);
     int bad = f->inverted + f->crossed;
     v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
@@ -293,20 +294,22 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
 void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat *stat)
 {
     bool again = true;
+    int crossed = opt->crossings; /* pairs of triangles, once they were looked for */
     for (int round = 0; again && round < ROUNDS; round++) {
         Verdict v;
-        judge(iso, opt, m, round, &v);
+        judge(iso, opt, m, round, crossed > 0, &v);
+        crossed = v.faults.crossed;
         again = v.any;
         if (v.crumbs && round > 1) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
-        if (again && opt->crossings) untangle(iso, m, opt->edge);
+        if (again && opt->crossings) crossed = untangle(iso, m, opt->edge);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
         verdict_free(&v);
     }
-    if (opt->crossings) split_crossed(iso, m, opt->edge);
+    if (crossed > 0) split_crossed(iso, m, opt->edge);
 }
 
 void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)

@@ -1,6 +1,5 @@
 #include "topology/sheet.h"
 
-#include "base/hash.h"
 #include "mesh/nearest.h"
 
 #include <string.h>
@@ -37,24 +36,28 @@ static void make_tri_room(Sheet *s, int n)
     RESIZE(s->region, s->captri);
     RESIZE(s->next, s->captri);
     RESIZE(s->cell, s->captri);
+    RESIZE(s->listed, s->captri);
 }
 
+/* Every half-edge looks for its opposite among those that leave its end. */
 static void link_opposites(Sheet *s)
 {
-    Map edge;
-    map_init(&edge, 3 * s->ntri);
+    int32_t *more = NEW(int32_t, 3 * s->ntri); /* the next one that leaves the same vertex */
     for (int h = 0; h < 3 * s->ntri; h++) {
-        int32_t seen = map_put(&edge, key_pair(s->corner[h], s->corner[he_next(h)]), h);
-        ASSERT(seen == h);
+        more[h] = s->out[s->corner[h]];
+        s->out[s->corner[h]] = h;
     }
-    for (int h = 0; h < 3 * s->ntri; h++) s->opp[h] = map_get(&edge, key_pair(s->corner[he_next(h)], s->corner[h]));
-    map_free(&edge);
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int g = s->out[s->corner[he_next(h)]];
+        while (g != NONE && s->corner[he_next(g)] != s->corner[h]) g = more[g];
+        s->opp[h] = g;
+    }
+    mem_free(more);
 }
 
-/* Leaves from the rim where the umbrella is open, so that turning clockwise meets all of it. */
+/* Vertices lead to the last half-edge that leaves them, or from the rim where the umbrella is open, so that turning clockwise meets all of it. */
 static void link_vertices(Sheet *s)
 {
-    for (int h = 0; h < 3 * s->ntri; h++) s->out[s->corner[h]] = h;
     for (int h = 0; h < 3 * s->ntri; h++)
         if (s->opp[he_prev(h)] == NONE) s->out[s->corner[h]] = h;
 }
@@ -75,6 +78,7 @@ void sheet_build(Sheet *s, const IsoSurface *iso, const uint8_t *want_comp, cons
     for (int k = t.ntri - 1; k >= 0; k--) {
         s->region[k] = REGION_NONE;
         s->cell[k] = t.cell[k];
+        s->listed[k] = 0;
         s->next[k] = s->first[t.cell[k]];
         s->first[t.cell[k]] = k;
     }
@@ -95,6 +99,7 @@ void sheet_free(Sheet *s)
     mem_free(s->region);
     mem_free(s->next);
     mem_free(s->cell);
+    mem_free(s->listed);
     mem_free(s->first);
     mem_free(s->from);
     mem_free(s->cost);
@@ -122,6 +127,7 @@ static int add_part(Sheet *s, int of, int a, int b, int c)
     for (int k = 0; k < 3; k++) s->corner[3 * t + k] = v[k], s->opp[3 * t + k] = NONE, s->seam[3 * t + k] = SEAM_NONE;
     s->region[t] = s->region[of];
     s->cell[t] = s->cell[of];
+    s->listed[t] = 0;
     s->next[t] = s->next[of];
     s->next[of] = t;
     return 3 * t;
@@ -187,6 +193,17 @@ typedef struct Foot {
     double dist2, w[3];
 } Foot;
 
+static double excess(double x, double a, double b, double c)
+{
+    return real_max(0, real_max(real_min(a, real_min(b, c)) - x, x - real_max(a, real_max(b, c))));
+}
+
+/* From p to the box around a triangle, squared. */
+static double distance2_to_box(Vec3 p, const Vec3 q[3])
+{
+    return v_len2(vec3(excess(p.x, q[0].x, q[1].x, q[2].x), excess(p.y, q[0].y, q[1].y, q[2].y), excess(p.z, q[0].z, q[1].z, q[2].z)));
+}
+
 static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, bool patches_only, Foot *best)
 {
     for (int t = s->first[cell]; t != NONE; t = s->next[t]) {
@@ -194,6 +211,7 @@ static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, boo
         Vec3 q[3];
         double w[3];
         corners_of(s, t, q);
+        if (distance2_to_box(p, q) > best->dist2) continue;
         Vec3 a = v_area2(q[0], q[1], q[2]);
         if (v_dot(a, n) < SIDE_COS * v_len(a)) continue;
         triangle_nearest(p, q, w);
@@ -283,11 +301,12 @@ static int find_half_edge(const Sheet *s, int a, int b)
     return NONE;
 }
 
-static int add_once(int32_t *list, int n, int t)
+/* Whether triangle t is on the list being made is marked by the stamp. */
+static int add_once(Sheet *s, int32_t *list, int n, int t)
 {
-    for (int i = 0; i < n; i++)
-        if (list[i] == t) return n;
-    if (n < AROUND_MAX) list[n++] = t;
+    if (s->listed[t] == s->stamp || n == AROUND_MAX) return n;
+    s->listed[t] = s->stamp;
+    list[n++] = t;
     return n;
 }
 
@@ -337,11 +356,13 @@ static void make_ways(Sheet *s, int a, int b, double corridor)
 {
     int32_t list[AROUND_MAX];
     int n = 0;
-    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h)) n = add_once(list, n, h / 3);
+    s->stamp += 2;
+    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h)) n = add_once(s, list, n, h / 3);
     for (int at = 0; at < n; at++)
         for (int h = 3 * list[at]; h < 3 * list[at] + 3; h++) {
+            if (s->opp[h] == NONE || s->seam[h] != SEAM_NONE || s->listed[s->opp[h] / 3] == s->stamp) continue;
             Vec3 mid = v_mid(s->pos[s->corner[h]], s->pos[s->corner[he_next(h)]]);
-            if (s->opp[h] != NONE && s->seam[h] == SEAM_NONE && distance_to_segment(mid, s->pos[a], s->pos[b]) < corridor) n = add_once(list, n, s->opp[h] / 3);
+            if (distance_to_segment(mid, s->pos[a], s->pos[b]) < corridor) n = add_once(s, list, n, s->opp[h] / 3);
         }
     for (int i = 0; i < n; i++)
         for (int h = 3 * list[i]; h < 3 * list[i] + 3; h++) {

@@ -24,6 +24,7 @@ typedef struct Sheet {
     int32_t *region;  /* [ntri] patch region or REGION_NONE */
     int32_t *cell;    /* [ntri] the crossed cell it lies in */
     int32_t *next;    /* [ntri] the next triangle in the same cell, or NONE */
+    int32_t *listed;  /* [ntri] a mark while triangles are listed: the stamp then */
     int32_t *first;   /* [iso->ncell] */
     int32_t *from;    /* [nvert at the first trace] Dijkstra's columns */
     double *cost;
