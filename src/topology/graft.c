@@ -125,6 +125,13 @@ static bool lies_within(const Graft *g, int t, const uint8_t *all)
     return true;
 }
 
+static bool is_within(const IsoSurface *iso, int cell, const uint8_t *all)
+{
+    for (int l = iso->cell_loop[cell]; l < iso->cell_loop[cell + 1]; l++)
+        if (!all[iso_loop_component(iso, l)]) return false;
+    return true;
+}
+
 static void build_sheet(Graft *g)
 {
     const IsoSurface *iso = g->iso;
@@ -135,7 +142,7 @@ static void build_sheet(Graft *g)
     for (int t = 0; t < m->ntri; t++)
         if (g->label[t] == LABEL_HOLE && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
     for (int c = 0; c < iso->ncell; c++)
-        if (hit[c]) want_around(iso, c, MARGIN_CELLS, want);
+        if (hit[c] && !is_within(iso, c, all)) want_around(iso, c, MARGIN_CELLS, want);
     sheet_build(&g->sheet, iso, all, want);
     mem_free(hit);
     mem_free(want);

@@ -294,7 +294,7 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge)
 void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat *stat)
 {
     bool again = true;
-    int crossed = opt->crossings; /* pairs of triangles, once they were looked for */
+    int crossed = opt->crossings && !opt->clear; /* pairs of triangles, once they were looked for */
     for (int round = 0; again && round < ROUNDS; round++) {
         Verdict v;
         judge(iso, opt, m, round, crossed > 0, &v);

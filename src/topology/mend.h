@@ -32,6 +32,7 @@ typedef struct MendOptions {
     double edge;           /* wanted, world units */
     const uint8_t *frozen; /* [mesh->nvert] vertices that did not move since the last mend */
     bool crossings;        /* mend triangles that run through one another as well */
+    bool clear;            /* it is known that there are none now */
 } MendOptions;
 
 /* `mesh` must be compact, and is afterwards; its positions are rounded to float32. Vertices outside patches keep their

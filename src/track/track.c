@@ -192,8 +192,8 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
     map_free(&at);
 }
 
-/* Brings the mesh to the isosurface's topology. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, FrameStat *stat)
+/* Brings the mesh to the isosurface's topology. `clear`: it is known that no triangles run through one another. */
+static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, bool clear, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
@@ -202,7 +202,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, bool crossings, Fra
     float *unrest = NEW(float, n);
     uint8_t *frozen = NEW(uint8_t, n), *moved = NEW(uint8_t, n);
     for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v], moved[v] = tr->moved[v];
-    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, crossings}, m, &tr->mended);
+    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, crossings, clear}, m, &tr->mended);
     carry_columns(tr, n, id, unrest, frozen, moved);
     mem_free(id);
     mem_free(unrest);
@@ -243,13 +243,15 @@ static void improve(const Track *tr, Remesh *r)
     mem_free(held);
 }
 
-static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
+/* True: no triangles run through one another afterwards. */
+static bool alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     Remesh r;
     int awake = 0;
     for (int v = 0; v < m->nvert; v++) awake += !tr->frozen[v];
-    if (awake == 0) return;
+    bool clear = false;
+    if (awake == 0) return false;
     begin_edits(tr, iso, &r);
     hold_specks(tr, iso, &r);
     for (int k = 0; k < tr->set.relax_steps; k++) {
@@ -264,10 +266,11 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     remesh_heal(&r, tr->frozen, &found);
     stat->inverted_found += found;
     remesh_rehome(&r, tr->frozen);
-    if (tr->set.topology == TOPOLOGY_EXACT) remesh_uncross(&r);
+    if (tr->set.topology == TOPOLOGY_EXACT) clear = remesh_uncross(&r) == 0;
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
+    return clear;
 }
 
 static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
@@ -385,10 +388,10 @@ bool track_frame(Track *tr, const Field *field, const Grid *velocity, double fra
     stat->seconds.audit += track_clock() - t0;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, &iso, stat);
-    if (mend) audit_and_mend(tr, &iso, false, stat);
-    alter_and_relax(tr, &iso, stat);
+    if (mend) audit_and_mend(tr, &iso, false, false, stat);
+    bool clear = alter_and_relax(tr, &iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, &iso, true, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, &iso, true, clear, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, &iso, stat); /* a mesh just made has had no events */
     else refine(tr, &iso, stat);
