@@ -6,7 +6,7 @@
 #include <string.h>
 
 /* Pieces are cut this large at first; those that are not sound are cut smaller. */
-static const int PIECE_TRIANGLES[] = {24, 6, 1};
+static const int PIECE_TRIANGLES[] = {40, 6, 1};
 enum {
     PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */

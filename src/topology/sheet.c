@@ -10,9 +10,9 @@
 #define SIDE_COS 0.2        /* a triangle fits a normal above this cosine */
 #define CORRIDOR 0.6        /* a seam keeps within this share of its length from the straight line, */
 #define CORRIDOR_VOX 0.5    /* and this many voxels */
-#define SNAP 0.2             /* a seam passes a vertex rather than cut an edge nearer to its end */
+#define SNAP 0.12            /* a seam passes a vertex rather than cut an edge nearer to its end */
 #define STRAIGHTNESS 4.0    /* how much dearer it is to be half a length off the line */
-enum { VISITS_MAX = 400, AROUND_MAX = 160 };
+enum { VISITS_MAX = 100, AROUND_MAX = 60 };
 
 /* --- building ------------------------------------------------------------------------------------------------------ */
 
