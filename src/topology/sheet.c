@@ -12,7 +12,7 @@
 #define CORRIDOR_VOX 0.5    /* and this many voxels */
 #define SNAP 0.12            /* a seam passes a vertex rather than cut an edge nearer to its end */
 #define STRAIGHTNESS 4.0    /* how much dearer it is to be half a length off the line */
-enum { VISITS_MAX = 100, AROUND_MAX = 60 };
+enum { VISITS_MAX = 40, AROUND_MAX = 30 };
 
 /* --- building ------------------------------------------------------------------------------------------------------ */
 

@@ -31,7 +31,7 @@ static MendStat mend(const Scene *s, Mesh *m)
 {
     MendStat stat = {0};
     uint8_t *frozen = NEW0(uint8_t, m->nvert);
-    mend_mesh(&s->iso, &(MendOptions){EDGE, frozen, true}, m, &stat);
+    mend_mesh(&s->iso, &(MendOptions){EDGE, frozen, true, false}, m, &stat);
     mem_free(frozen);
     mem_free(stat.patch);
     stat.patch = NULL;
