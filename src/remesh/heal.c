@@ -94,12 +94,6 @@ static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
     return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
-static bool touches_zone(const Remesh *r, int t)
-{
-    const int32_t *c = r->mesh->corner + 3 * t;
-    return remesh_in_zone(r, c[0]) || remesh_in_zone(r, c[1]) || remesh_in_zone(r, c[2]);
-}
-
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 {
     Mesh *m = r->mesh;
@@ -107,7 +101,7 @@ int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
     for (int round = 0; round < ROUNDS_MAX; round++) {
         int seen = 0, healed = 0;
         for (int t = 0; t < m->ntri; t++) {
-            if (tri_is_dead(m, t) || !touches_zone(r, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
+            if (tri_is_dead(m, t) || !remesh_touches_zone(r, t) || !inverted_with(r, t, NONE, vec3(0, 0, 0))) continue;
             seen++;
             if (is_frozen(r, t, frozen)) continue;
             healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);

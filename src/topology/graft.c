@@ -125,7 +125,8 @@ static bool lies_within(const Graft *g, int t, const uint8_t *all)
     return true;
 }
 
-static bool is_within(const IsoSurface *iso, int cell, const uint8_t *all)
+/* Is all that crosses the cell of components of which the sheet has all cells? */
+static bool cell_lies_within(const IsoSurface *iso, int cell, const uint8_t *all)
 {
     for (int l = iso->cell_loop[cell]; l < iso->cell_loop[cell + 1]; l++)
         if (!all[iso_loop_component(iso, l)]) return false;
@@ -142,7 +143,7 @@ static void build_sheet(Graft *g)
     for (int t = 0; t < m->ntri; t++)
         if (g->label[t] == LABEL_HOLE && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
     for (int c = 0; c < iso->ncell; c++)
-        if (hit[c] && !is_within(iso, c, all)) want_around(iso, c, MARGIN_CELLS, want);
+        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, MARGIN_CELLS, want);
     sheet_build(&g->sheet, iso, all, want);
     mem_free(hit);
     mem_free(want);
@@ -254,6 +255,7 @@ static bool stop_leaks(Graft *g, uint8_t *beside, int *left)
     return true;
 }
 
+/* What may not stay: a triangle that is only far from the surface may. */
 static bool is_severe(const Graft *g, int t) { return g->plan->drop[t] & (FAULT_INVERTED | FAULT_CROSSED); }
 
 /* The hole around triangle t stays as it was; or, where that cannot be, all of its component is looked at. */

@@ -36,7 +36,7 @@ static void make_tri_room(Sheet *s, int n)
     RESIZE(s->cell, s->captri);
 }
 
-/* Every half-edge looks for its opposite among those that leave its end. */
+/* Every half-edge looks for its opposite among those that leave its end. Each vertex is left with one that leaves it. */
 static void link_opposites(Sheet *s)
 {
     int32_t *more = NEW(int32_t, 3 * s->ntri); /* the next one that leaves the same vertex */
@@ -52,7 +52,7 @@ static void link_opposites(Sheet *s)
     mem_free(more);
 }
 
-/* Vertices lead to the last half-edge that leaves them, or from the rim where the umbrella is open, so that turning clockwise meets all of it. */
+/* Leaves from the rim where the umbrella is open, so that turning clockwise meets all of it. */
 static void link_vertices(Sheet *s)
 {
     for (int h = 0; h < 3 * s->ntri; h++)
