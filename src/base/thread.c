@@ -7,23 +7,14 @@
 
 enum { THREAD_MAX = 256 };
 
-typedef struct Job {
-    ParallelFn *fn;
-    void *ctx;
-    int n, grain;
-    int next; /* first block nobody has taken */
-    int busy; /* workers still inside the job */
-} Job;
-
 static struct {
     pthread_mutex_t lock;
-    pthread_cond_t wake, done;
+    pthread_cond_t changed; /* a job has come, or one is done */
     pthread_t thread[THREAD_MAX];
     int want, running;
     bool stop;
-    unsigned round; /* counts jobs, so that a worker sees each once */
-    Job job;
-} pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .wake = PTHREAD_COND_INITIALIZER, .done = PTHREAD_COND_INITIALIZER, .want = 1};
+    ThreadJob *first; /* jobs that threads may take blocks of, the oldest first */
+} pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER, .want = 1};
 
 static _Thread_local bool alone;
 
@@ -44,31 +35,62 @@ void thread_set_count(int n)
 
 int thread_count(void) { return pool.want; }
 
-/* Takes blocks until none is left. Called and left with the lock held. */
-static void work(Job *job)
+/* --- all below are called, and left, with the lock held ------------------------------------------------------------ */
+
+static void list_job(ThreadJob *job)
 {
-    while (job->next < job->n) {
-        int begin = job->next;
-        int end = job->n - begin > job->grain ? begin + job->grain : job->n;
-        job->next = end;
-        pthread_mutex_unlock(&pool.lock);
-        job->fn(job->ctx, begin, end);
-        pthread_mutex_lock(&pool.lock);
+    ThreadJob **at = &pool.first;
+    while (*at) at = &(*at)->after;
+    *at = job;
+    pthread_cond_broadcast(&pool.changed);
+}
+
+static void unlist_job(ThreadJob *job)
+{
+    ThreadJob **at = &pool.first;
+    while (*at != job) at = &(*at)->after;
+    *at = job->after;
+}
+
+static ThreadJob *find_open_job(void)
+{
+    ThreadJob *job = pool.first;
+    while (job && job->next >= job->n) job = job->after;
+    return job;
+}
+
+static void run_block(ThreadJob *job)
+{
+    int begin = job->next;
+    int end = job->n - begin > job->grain ? begin + job->grain : job->n;
+    job->next = end;
+    job->busy++;
+    pthread_mutex_unlock(&pool.lock);
+    job->fn(job->ctx, begin, end);
+    pthread_mutex_lock(&pool.lock);
+    if (--job->busy == 0 && job->next >= job->n) pthread_cond_broadcast(&pool.changed);
+}
+
+/* Works on the job, then waits for those inside it; `help`: and works on others' meanwhile. */
+static void finish_job(ThreadJob *job, bool help)
+{
+    while (job->next < job->n) run_block(job);
+    while (job->busy) {
+        ThreadJob *other = help ? find_open_job() : NULL;
+        if (other) run_block(other);
+        else pthread_cond_wait(&pool.changed, &pool.lock);
     }
+    unlist_job(job);
 }
 
 static void *worker(void *unused)
 {
     (void)unused;
-    unsigned seen = 0;
     pthread_mutex_lock(&pool.lock);
-    for (;;) {
-        while (!pool.stop && pool.round == seen) pthread_cond_wait(&pool.wake, &pool.lock);
-        if (pool.stop) break;
-        seen = pool.round;
-        pool.job.busy++;
-        work(&pool.job);
-        if (--pool.job.busy == 0) pthread_cond_signal(&pool.done);
+    while (!pool.stop) {
+        ThreadJob *job = find_open_job();
+        if (job) run_block(job);
+        else pthread_cond_wait(&pool.changed, &pool.lock);
     }
     pthread_mutex_unlock(&pool.lock);
     return NULL;
@@ -82,6 +104,8 @@ static void start_workers(void)
     }
 }
 
+/* ------------------------------------------------------------------------------------------------------------------- */
+
 void parallel_for(int n, int grain, ParallelFn *fn, void *ctx)
 {
     ASSERT(grain > 0);
@@ -90,21 +114,51 @@ void parallel_for(int n, int grain, ParallelFn *fn, void *ctx)
         for (int i = 0; i < n; i += grain) fn(ctx, i, n - i > grain ? i + grain : n);
         return;
     }
+    ThreadJob job = {.fn = fn, .ctx = ctx, .n = n, .grain = grain};
     pthread_mutex_lock(&pool.lock);
     start_workers();
-    pool.job = (Job){.fn = fn, .ctx = ctx, .n = n, .grain = grain};
-    pool.round++;
-    pthread_cond_broadcast(&pool.wake);
-    work(&pool.job);
-    while (pool.job.busy) pthread_cond_wait(&pool.done, &pool.lock);
+    list_job(&job);
+    finish_job(&job, false);
     pthread_mutex_unlock(&pool.lock);
+}
+
+static void run_task(void *ctx, int begin, int end)
+{
+    (void)begin, (void)end;
+    const Task *t = ctx;
+    t->fn(t->ctx);
+}
+
+void task_start(Task *t, void (*fn)(void *ctx), void *ctx)
+{
+    ASSERT(!alone && !t->started);
+    *t = (Task){.job = {.fn = run_task, .n = 1, .grain = 1}, .fn = fn, .ctx = ctx};
+    if (pool.want == 1) {
+        fn(ctx);
+        return;
+    }
+    t->job.ctx = t;
+    t->started = true;
+    pthread_mutex_lock(&pool.lock);
+    start_workers();
+    list_job(&t->job);
+    pthread_mutex_unlock(&pool.lock);
+}
+
+void task_wait(Task *t)
+{
+    if (!t->started) return;
+    pthread_mutex_lock(&pool.lock);
+    finish_job(&t->job, true);
+    pthread_mutex_unlock(&pool.lock);
+    t->started = false;
 }
 
 void thread_shutdown(void)
 {
     pthread_mutex_lock(&pool.lock);
     pool.stop = true;
-    pthread_cond_broadcast(&pool.wake);
+    pthread_cond_broadcast(&pool.changed);
     pthread_mutex_unlock(&pool.lock);
     for (int i = 0; i < pool.running; i++) pthread_join(pool.thread[i], NULL);
     pool.running = 0;

@@ -73,7 +73,7 @@ Store run_save(Run *run, const Options *o)
 /* The field that the tracker saw last, from its file. */
 static bool read_last(Run *run, const Frame *frame, Err *err)
 {
-    ReadFrame *f = &run->slot[!run->next];
+    ReadFrame *f = &run->slot[(run->next + SLOTS - 1) % SLOTS];
     *f = (ReadFrame){.frame = *frame};
     readframe_read(&run->job, run->surface, f);
     if (!f->good) {

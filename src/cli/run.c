@@ -84,34 +84,64 @@ static bool give(Run *run, const Options *o, const ReadFrame *f, OutFrame *out, 
     return writer_give(run->writer, out, err);
 }
 
+static ReadFrame *before(Run *run, const ReadFrame *f) { return &run->slot[(f - run->slot + SLOTS - 1) % SLOTS]; }
+
+/* The frame solved becomes meshes, figures and events, and the writer's. */
+static void complete(void *ctx)
+{
+    Run *run = ctx;
+    Completion *c = &run->completion;
+    const ReadFrame *f = c->frame;
+    int64_t number = f->frame.number;
+    track_complete(run->track, &c->out.stat);
+    c->stat = c->out.stat;
+    double wait_s = c->out.seconds.wait;
+    c->out.seconds = report_stages(&c->stat);
+    c->out.seconds.wait = wait_s;
+    c->out.mesh = take_meshes(run, f);
+    c->out.gap = job_intervals(run->shown, number, run->step);
+    carry_last(run, c->out.mesh, &c->out);
+    take_events(run, f->frame.digits, &c->out);
+    run->tracked = run->shown = number;
+    run->shown_at = !run->shown_at;
+    c->good = give(run, c->options, f, &c->out, &c->err);
+}
+
+/* Waits for the frame that is being completed, if one is. */
+static bool finish_completion(Run *run, Err *err)
+{
+    Completion *c = &run->completion;
+    if (!c->busy) return true;
+    task_wait(&c->task);
+    c->busy = false;
+    say_problems(run, c->frame->frame.digits, &c->stat);
+    console_progress(&run->console, run->done, int_max(sequence_length(&run->sequence), 0));
+    readframe_free(before(run, c->frame));
+    if (!c->good) *err = c->err;
+    return c->good;
+}
+
 static bool track_one(Run *run, const Options *o, ReadFrame *f, double wait_s, Err *err)
 {
     say_choices(run, f);
-    OutFrame out = {.fate = FRAME_TRACKED, .surface = f->why[0] ? mem_text(f->why) : NULL};
-    int64_t number = f->frame.number;
-    if (!track_frame(run->track, &f->field, f->has_velocity ? &f->velocity : NULL, job_intervals(run->tracked, number, 1), &out.stat, err)) {
-        outframe_free(&out);
-        return false;
-    }
-    say_problems(run, f->frame.digits, &out.stat);
-    out.seconds = report_stages(&out.stat);
-    out.seconds.wait = wait_s;
-    out.mesh = take_meshes(run, f);
-    out.gap = job_intervals(run->shown, number, run->step);
-    carry_last(run, out.mesh, &out);
-    take_events(run, f->frame.digits, &out);
-    run->tracked = run->shown = number;
-    run->shown_at = !run->shown_at;
-    run->next = !run->next;
-    bool good = give(run, o, f, &out, err);
-    readframe_free(&run->slot[run->next]);
-    return good;
+    Completion *c = &run->completion;
+    FrameStat stat;
+    if (!track_solve(run->solver, &f->field, f->has_velocity ? &f->velocity : NULL, job_intervals(run->solved, f->frame.number, 1), &stat, err)) return false;
+    run->solved = f->frame.number;
+    if (!finish_completion(run, err)) return false;
+    if (run->solver != run->track) track_pass_on(run->solver, run->track);
+    *c = (Completion){.busy = true, .options = o, .frame = f};
+    c->out = (OutFrame){.fate = FRAME_TRACKED, .stat = stat, .surface = f->why[0] ? mem_text(f->why) : NULL, .seconds = {.wait = wait_s}};
+    run->next = (run->next + 1) % SLOTS;
+    task_start(&c->task, complete, run);
+    return run->solver != run->track || finish_completion(run, err);
 }
 
 /* A frame that could not be read: what --on-error wants. */
 static bool pass_over(Run *run, const Options *o, ReadFrame *f, double wait_s, Err *err)
 {
     OnError want = run->job.on_error;
+    if (!finish_completion(run, err)) return false;
     if (want == ON_ERROR_STOP) return fail(err, f->err.code, "frame %s: %s", f->frame.digits, f->err.text);
     bool hold = want == ON_ERROR_HOLD && run->shown != NONE;
     console_problem(&run->console, "frame %s is %s: %s", f->frame.digits, hold ? "held" : "skipped", f->err.text);
@@ -121,7 +151,10 @@ static bool pass_over(Run *run, const Options *o, ReadFrame *f, double wait_s, E
         out.mesh = run->mesh[run->shown_at];
         run->shown = f->frame.number;
     }
-    return give(run, o, f, &out, err);
+    bool good = give(run, o, f, &out, err);
+    readframe_free(f);
+    console_progress(&run->console, run->done, int_max(sequence_length(&run->sequence), 0));
+    return good;
 }
 
 /* --- the sequence --------------------------------------------------------------------------------- */
@@ -135,11 +168,7 @@ static bool follow(Run *run, const Options *o, Err *err)
         if (!reader_take(run->reader, f) || f->step == SEQUENCE_END) return true;
         if (f->step == SEQUENCE_ERROR) return fail(err, f->err.code, "%s", f->err.text);
         double wait_s = console_clock() - start;
-        bool was_read = f->good;
-        bool good = (was_read ? track_one : pass_over)(run, o, f, wait_s, err);
-        if (!was_read) readframe_free(f);
-        if (!good) return false;
-        console_progress(&run->console, run->done, int_max(sequence_length(&run->sequence), 0));
+        if (!(f->good ? track_one : pass_over)(run, o, f, wait_s, err)) return false;
     }
 }
 
@@ -162,6 +191,7 @@ static bool open_all(Run *run, const Options *o, Err *err)
     if (!job_open_sequence(job, o, &run->sequence, err)) return false;
     if (job->is_chunk && !pick_places(run, err)) return false;
     run->track = track_open(&job->track);
+    run->solver = job->track.topology == TOPOLOGY_PAPERS ? run->track : track_open(&job->track);
     ResumeKind kind = run_resume(run, o, err);
     if (kind == RESUME_FAILED) return false;
     if (kind == RESUME_OVER) {
@@ -169,6 +199,8 @@ static bool open_all(Run *run, const Options *o, Err *err)
         return false;
     }
     if (kind == RESUME_ON) console_note(&run->console, "going on after %d frames", run->done);
+    run->solved = run->tracked;
+    if (run->solver != run->track && run->solved != NONE) track_pass_on(run->track, run->solver);
     if (kind == RESUME_NEW) {
         if (!outputs_open(&run->out, job, job->track.fps / (double)run->step, err)) return false;
         if (!job->is_chunk) job_echo(o, TWINMESH_VERSION, run->out.lines[LINES_REPORT].stream);
@@ -194,11 +226,11 @@ static bool close_outputs(Run *run, bool good, Err *err)
 
 static void free_all(Run *run)
 {
-    if (run->track) track_close(run->track);
-    for (int i = 0; i < 2; i++) {
-        readframe_free(&run->slot[i]);
+    if (run->solver != run->track) track_close(run->solver);
+    track_close(run->track);
+    for (int i = 0; i < SLOTS; i++) readframe_free(&run->slot[i]);
+    for (int i = 0; i < 2; i++)
         for (int kind = 0; kind < KIND_COUNT; kind++) trimesh_free(&run->mesh[i][kind]);
-    }
     inputs_free(&run->inputs);
     mem_free(run->tracked_label);
     sequence_close(&run->sequence);
@@ -222,12 +254,13 @@ int run_job(Run *run, const Options *o)
     Err err = {0};
     run->console = console_make(run->job.loudness);
     run->console.json = run->job.json_log;
-    run->tracked = run->shown = NONE;
+    run->tracked = run->shown = run->solved = NONE;
     run->frame_start_s = console_clock();
     thread_set_count(run->job.threads);
     if (run->job.max_memory && !mem_limit(run->job.max_memory)) console_note(&run->console, "--max-memory: this system cannot limit it");
 
     bool good = open_all(run, o, &err) && follow(run, o, &err);
+    good = finish_completion(run, good ? &err : &(Err){0}) && good;
     reader_close(run->reader);
     good = close_outputs(run, good, &err);
     console_clear(&run->console);

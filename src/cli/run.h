@@ -1,8 +1,24 @@
-/* run.h: one run of `twinmesh mesh`: frames are read one ahead, solved, and written one behind. */
+/* run.h: one run of `twinmesh mesh`: frames are read one ahead, solved, completed while the next one is solved (track.h), and
+ * written one behind that. */
 #pragma once
+#include "base/thread.h"
 #include "cli/inputs.h"
 #include "cli/reader.h"
 #include "cli/writer.h"
+
+enum { SLOTS = 3 };
+
+/* A frame solved, on its way to the writer. While `busy`, it and what the run keeps from frame to frame belong to its task. */
+typedef struct Completion {
+    bool busy;
+    Task task;
+    const Options *options;
+    ReadFrame *frame;
+    OutFrame out;
+    FrameStat stat;          /* what out held, for the words about it */
+    bool good;
+    Err err;
+} Completion;
 
 typedef struct Run {
     MeshJob job;
@@ -10,11 +26,14 @@ typedef struct Run {
     Sequence sequence;
     int64_t step;            /* what the frames' numbers rise by */
     Reader *reader;
-    Track *track;
+    Track *solver;           /* of the frame being solved */
+    Track *track;            /* of the frame being completed, and of the state kept; to the papers' rules it is the solver too */
+    int64_t solved;          /* number of the last frame that the solver saw, or NONE */
+    Completion completion;
     Outputs out;
     Writer *writer;
-    ReadFrame slot[2];       /* the tracker's last frame stays where it was lent from until the next one is done */
-    int next;                /* the slot for that one */
+    ReadFrame slot[SLOTS];   /* in turn: a frame stays where it was lent from until the next one is completed */
+    int next;                /* the slot for the one to be read */
     TriMesh mesh[2][KIND_COUNT]; /* the frame last shown, which the writer may be at, and the one to come */
     int shown_at;            /* which of the two was shown last */
     int done;                /* frames, with those of the run gone on with */

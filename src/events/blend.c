@@ -162,7 +162,7 @@ static void split_longest(Surgeon *s, int loop)
     for (int i = 1; i < border_length(&s->borders, loop); i++)
         if (mesh_edge_length(s->mesh, half[i]) > mesh_edge_length(s->mesh, best)) best = half[i];
     int first = s->mesh->ntri;
-    mesh_split_edge(s->mesh, best, v_mid(s->mesh->pos[he_from(s->mesh, best)], s->mesh->pos[he_to(s->mesh, best)]), s->mesh->next_id++);
+    mesh_split_edge(s->mesh, best, v_mid(s->mesh->pos[he_from(s->mesh, best)], s->mesh->pos[he_to(s->mesh, best)]), mesh_fresh_id(s->mesh));
     region_add(&s->region, first + 1); /* the half that lies across the edge */
 }
 
@@ -351,7 +351,7 @@ static bool try_patch(Surgeon *s)
     Vec3 p = border_centre(m, b, 0);
     if (field_project(s->field, 1, &p, s->rules->edge * PATCH_REACH_EDGES, NULL) != 0) return false;
     mesh_erase(m, &s->region);
-    mesh_cap(m, border_length(b, 0), border_halves(b, 0), v_round32(p), m->next_id++);
+    mesh_cap(m, border_length(b, 0), border_halves(b, 0), v_round32(p), mesh_fresh_id(m));
     return true;
 }
 

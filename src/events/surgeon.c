@@ -77,7 +77,7 @@ void surgeon_cap_all(Surgeon *s)
         place = v_axpy(place, 1.0 / b->n, centre[i]);
     }
     int before = mesh_components(m, NULL, NULL), gone = mesh_erase(m, &s->region);
-    for (int i = 0; i < b->n; i++) mesh_cap(m, border_length(b, i), border_halves(b, i), surgeon_land(s, centre[i]), m->next_id++);
+    for (int i = 0; i < b->n; i++) mesh_cap(m, border_length(b, i), border_halves(b, i), surgeon_land(s, centre[i]), mesh_fresh_id(m));
     bool parted = mesh_components(m, NULL, NULL) > before;
     if (b->n > 1) change_add(s->events, parted ? CHANGE_SPLIT : CHANGE_HOLE_CLOSE, place, gone + b->n);
     mem_free(centre);

@@ -46,6 +46,8 @@ typedef struct Field {
 /* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */
 bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err);
 void field_free(Field *f);
+/* To the bit the same function, for certain: two whose exact functions are known may not be, and count as different. */
+bool field_is_same(const Field *a, const Field *b);
 
 /* The brick that holds the cell of an index-space sample, or NONE. */
 int field_brick(const Field *f, int x, int y, int z);

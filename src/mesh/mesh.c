@@ -22,14 +22,57 @@ void mesh_free(Mesh *m)
 
 void mesh_clear(Mesh *m) { m->nvert = m->ntri = m->deadvert = m->deadtri = 0; }
 
+int32_t mesh_fresh_id(Mesh *m)
+{
+    int32_t id = m->next_id;
+    m->next_id += MESH_ID_STEP;
+    return id;
+}
+
+static void make_vert_room(Mesh *m, int n)
+{
+    if (n <= m->capvert) return;
+    m->capvert = int_max(int_max(n, 256), 2 * m->capvert);
+    RESIZE(m->pos, m->capvert);
+    RESIZE(m->id, m->capvert);
+    RESIZE(m->out, m->capvert);
+}
+
+static void make_tri_room(Mesh *m, int n)
+{
+    if (n <= m->captri) return;
+    m->captri = int_max(int_max(n, 256), 2 * m->captri);
+    RESIZE(m->corner, 3 * (size_t)m->captri);
+    RESIZE(m->opp, 3 * (size_t)m->captri);
+    RESIZE(m->length, 3 * (size_t)m->captri);
+    RESIZE(m->flag, 3 * (size_t)m->captri);
+}
+
+static void copy_column(void *to, const void *from, size_t n)
+{
+    if (n) memcpy(to, from, n); /* a mesh without room has no columns */
+}
+
+void mesh_copy(Mesh *to, const Mesh *from)
+{
+    size_t nvert = (size_t)from->nvert, nhalf = 3 * (size_t)from->ntri;
+    make_vert_room(to, from->nvert);
+    make_tri_room(to, from->ntri);
+    copy_column(to->pos, from->pos, nvert * sizeof *to->pos);
+    copy_column(to->id, from->id, nvert * sizeof *to->id);
+    copy_column(to->out, from->out, nvert * sizeof *to->out);
+    copy_column(to->corner, from->corner, nhalf * sizeof *to->corner);
+    copy_column(to->opp, from->opp, nhalf * sizeof *to->opp);
+    copy_column(to->length, from->length, nhalf * sizeof *to->length);
+    copy_column(to->flag, from->flag, nhalf * sizeof *to->flag);
+    to->nvert = from->nvert, to->ntri = from->ntri;
+    to->deadvert = from->deadvert, to->deadtri = from->deadtri;
+    to->next_id = from->next_id;
+}
+
 int mesh_add_vert(Mesh *m, Vec3 p, int32_t id)
 {
-    if (m->nvert == m->capvert) {
-        m->capvert = int_max(256, 2 * m->capvert);
-        RESIZE(m->pos, m->capvert);
-        RESIZE(m->id, m->capvert);
-        RESIZE(m->out, m->capvert);
-    }
+    make_vert_room(m, m->nvert + 1);
     m->pos[m->nvert] = p;
     m->id[m->nvert] = id;
     m->out[m->nvert] = NONE;
@@ -38,13 +81,7 @@ int mesh_add_vert(Mesh *m, Vec3 p, int32_t id)
 
 int mesh_add_tri(Mesh *m, int a, int b, int c)
 {
-    if (m->ntri == m->captri) {
-        m->captri = int_max(256, 2 * m->captri);
-        RESIZE(m->corner, 3 * (size_t)m->captri);
-        RESIZE(m->opp, 3 * (size_t)m->captri);
-        RESIZE(m->length, 3 * (size_t)m->captri);
-        RESIZE(m->flag, 3 * (size_t)m->captri);
-    }
+    make_tri_room(m, m->ntri + 1);
     int h = 3 * m->ntri++, v[3] = {a, b, c};
     for (int k = 0; k < 3; k++) {
         m->corner[h + k] = v[k];
@@ -58,7 +95,7 @@ int mesh_add_tri(Mesh *m, int a, int b, int c)
 void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri)
 {
     int base = m->nvert, first = 3 * m->ntri;
-    for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : m->next_id++);
+    for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : mesh_fresh_id(m));
     Map edge;
     map_init(&edge, 3 * ntri);
     for (int t = 0; t < ntri; t++) {
@@ -206,7 +243,7 @@ void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, in
     int before = m->nvert;
     for (int v = 0; v < before; v++) alive[v] = !vert_is_dead(m, v);
     kill_triangles(m, drop);
-    for (int v = 0; v < nvert_new; v++) mesh_add_vert(m, pos[v], m->next_id++);
+    for (int v = 0; v < nvert_new; v++) mesh_add_vert(m, pos[v], mesh_fresh_id(m));
     for (int t = 0; t < ntri; t++) mesh_add_tri(m, tri[3 * t], tri[3 * t + 1], tri[3 * t + 2]);
     close_gaps(m);
     for (int h = 0; h < 3 * m->ntri; h++)

@@ -8,7 +8,7 @@
 #include "base/store.h"
 #include "base/vec.h"
 
-enum { EDGE_FLAGGED = 1 };
+enum { EDGE_FLAGGED = 1, MESH_ID_STEP = 2 };
 
 typedef struct Mesh {
     int nvert, ntri;        /* in use, the dead included */
@@ -21,12 +21,13 @@ typedef struct Mesh {
     int32_t *opp;           /* [3*ntri] */
     float *length;          /* [3*ntri] the edge's length after the last step (GI'07 2.5); < 0: not known. Same on both half-edges */
     uint8_t *flag;          /* [3*ntri] EDGE_FLAGGED: not to be modified in this step. Same on both half-edges */
-    int32_t next_id;        /* the first identity never used */
+    int32_t next_id;        /* the first identity never used; they go up by MESH_ID_STEP: those between are for midpoints (refine.h) */
 } Mesh;
 
 void mesh_init(Mesh *m);
 void mesh_free(Mesh *m);
 void mesh_clear(Mesh *m);   /* no vertices; identities go on */
+int32_t mesh_fresh_id(Mesh *m);
 
 static inline int he_next(int h) { return h % 3 == 2 ? h - 2 : h + 1; }
 static inline int he_prev(int h) { return h % 3 == 0 ? h + 2 : h - 1; }
@@ -40,6 +41,8 @@ static inline bool vert_is_dead(const Mesh *m, int v) { return m->out[v] == NONE
 /* Appends closed manifold triangles over new vertices; ids may be NULL (fresh ones are given out).
  * tri: 3*ntri indices into pos. ASSERTs that the triangles close up. */
 void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri);
+/* `to` becomes what `from` is, in the room that it has. */
+void mesh_copy(Mesh *to, const Mesh *from);
 /* Sweeps the dead out, keeping order. `vert_to` (may be NULL, [nvert before]) gets each vertex's new index or NONE. */
 void mesh_compact(Mesh *m, int32_t *vert_to);
 /* Component of each triangle and vertex (NONE for the dead), numbered by first triangle; returns how many. Either array may be NULL. */

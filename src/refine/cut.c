@@ -10,7 +10,7 @@ static int add_midpoints(Pass *p, Refine *now, int32_t *next_id)
         if (!p->marked[e]) continue;
         uint64_t key = key_of_edge(m, p->ends[e][0], p->ends[e][1]);
         int32_t id = map_get(&p->memory->marked, key);
-        if (id == NONE) id = (*next_id)++;
+        if (id == NONE) id = *next_id, *next_id += MESH_ID_STEP;
         map_put(&now->marked, key, id);
         map_put(&now->pass, key, p->number);
         p->mid[e] = refined_add_vert(m, p->mid_pos[e], p->mid_normal[e], id, p->ends[e], p->mid_state[e] == MID_FLAT);

@@ -54,7 +54,8 @@ typedef struct RefineStat {
     int inverted;         /* triangles left inverted */
 } RefineStat;
 
-/* `mech` must be compact. homes->of: the mechanical vertices' components; a midpoint lands on its ends' or not at all. NULL: anywhere. Fresh identities are taken from *next_id. `out` must be zero or from an earlier call: its columns are reused. */
+/* `mech` must be compact. homes->of: the mechanical vertices' components; a midpoint lands on its ends' or not at all. NULL: anywhere. Fresh identities are taken from *next_id,
+ * which goes up by MESH_ID_STEP: what it starts from keeps them apart from the mechanical ones. `out` must be zero or from an earlier call: its columns are reused. */
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
                         const Homes *homes, int32_t *next_id, RefinedMesh *out);
 /* Midpoints of triangles that run through one another go back to the middle of their edges, where they change nothing, and

@@ -206,7 +206,7 @@ void remesh_split(Remesh *r, int h)
         Vec3 nq = remesh_normal_at(r, q);
         if (v_dot(nq, n) > 0) p = q, n = nq;
     }
-    int v = mesh_split_edge(m, h, p, m->next_id++);
+    int v = mesh_split_edge(m, h, p, mesh_fresh_id(m));
     remesh_make_room(r);
     r->normal[v] = n;
     if (r->home) r->home[v] = r->home[a];

@@ -428,7 +428,18 @@ static void tell_components(FrameEvents *e, const Lineage *l)
     }
 }
 
-void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat)
+void track_find_no_events(Track *tr)
+{
+    const Bodies *b = &tr->bodies;
+    Lineage l = {.before = b, .after = b, .nlink = b->n, .link = NEW(BodyLink, b->n)};
+    for (int k = 0; k < b->n; k++) l.link[k] = (BodyLink){k, k, body_size(b, k)};
+    tr->events.first = false;
+    tr->events.nevent = tr->events.nnumber = tr->events.nplace = 0;
+    tell_components(&tr->events, &l);
+    mem_free(l.link);
+}
+
+void track_find_events(Track *tr, FrameStat *stat)
 {
     FrameEvents *e = &tr->events;
     Bodies after;
@@ -436,11 +447,11 @@ void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat)
     bodies_take(&after, &tr->mesh);
     lineage_find(&l, tr, &tr->bodies, &after);
     Teller te = {.tr = tr, .l = &l, .e = e};
-    e->first = !tr->begun;
+    e->first = !tr->compared;
     e->nevent = e->nnumber = e->nplace = 0;
     tell_components(e, &l);
     find_groups(&te);
-    take_patches(&te, iso);
+    take_patches(&te, &tr->iso);
     if (!e->first) tell_events(&te);
     for (int i = 0; i < e->nevent; i++) stat->events[e->event[i].kind] += e->event[i].count;
     mem_free(te.sewn);
@@ -449,5 +460,5 @@ void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat)
     lineage_free(&l);
     bodies_free(&tr->bodies);
     tr->bodies = after;
-    tr->begun = true;
+    tr->compared = true;
 }

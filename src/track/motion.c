@@ -4,6 +4,7 @@
 void track_remember_places(Track *tr)
 {
     const RefinedMesh *f = &tr->fine;
+    if (!tr->set.own_motion) return;
     map_clear(&tr->before_at);
     RESERVE(tr->before, tr->capbefore, f->nvert);
     for (int v = 0; v < f->nvert; v++) {

@@ -25,6 +25,14 @@ void rest_free(Rest *r)
     *r = (Rest){0};
 }
 
+void rest_copy(Rest *to, const Rest *from)
+{
+    RESERVE(to->at, to->capat, from->nvert);
+    if (from->nvert) memcpy(to->at, from->at, (size_t)from->nvert * sizeof *to->at);
+    to->nvert = from->nvert;
+    to->now = from->now;
+}
+
 /* All vertices are those the last frame ended with. */
 void rest_carry(Track *tr)
 {

@@ -29,6 +29,8 @@ void track_store(Track *tr, Store *s)
     STORE(s, tr->rest_ratio);
     mesh_store(&tr->mesh, s);
     STORE_ARRAY(s, tr->unrest, tr->mesh.nvert);
+    STORE(s, tr->next_midpoint);
+    STORE(s, tr->last);
     refine_store(&tr->refine, s);
     if (tr->set.rest) store_rest(&tr->rest, s);
     if (tr->set.own_motion) store_places(&tr->fine, s);
@@ -39,6 +41,8 @@ void track_store(Track *tr, Store *s)
     tr->moved = NEW0(uint8_t, tr->capcolumn);
     store_expect(s, tr->edge >= 0 && isfinite(tr->edge) && tr->rest_ratio > 0 && isfinite(tr->rest_ratio));
     store_expect(s, !tr->set.rest || tr->rest.nvert == tr->mesh.nvert);
+    store_expect(s, tr->next_midpoint > 0);
+    tr->compared = begun;
     if (!s->bad && begun) bodies_take(&tr->bodies, &tr->mesh);
 }
 

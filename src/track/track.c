@@ -28,6 +28,7 @@ Track *track_open(const TrackSettings *set)
     tr->set = *set;
     tr->rest_ratio = REST_RATIO;
     tr->edge = set->edge_in_voxels ? 0 : set->edge;
+    tr->next_midpoint = 1;
     mesh_init(&tr->mesh);
     return tr;
 }
@@ -42,6 +43,7 @@ void track_close(Track *tr)
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
+    iso_free(&tr->iso);
     mem_free(tr->mended.patch);
     mem_free(tr->changes.change);
     bodies_free(&tr->bodies);
@@ -279,7 +281,7 @@ static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
     RefineSettings set = {.angle_deg = tr->set.angle_deg, .passes = tr->set.passes, .deviation_vox = tr->set.deviation_vox,
                           .by = tr->set.refine_by, .scheme = tr->set.refine_scheme, .min_aspect = tr->set.min_aspect};
     int32_t *home = find_homes(tr, iso);
-    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->mesh.next_id, &tr->fine);
+    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->next_midpoint, &tr->fine);
     mem_free(home);
     stat->projections_lost += s.lost;
     stat->distance_mean_vox = s.mean_vox;
@@ -302,6 +304,7 @@ static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     int first = m->nvert, done = 1;
+    track_remember_places(tr);
     track_papers_deaths(tr);
     track_papers_births(tr, iso);
     refine_changed(tr, iso, first, stat);
@@ -311,6 +314,7 @@ static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
         if (m->nvert > first || m->deadtri) refine_changed(tr, iso, first, stat); /* also by what came to nothing */
     }
     if (track_papers_leftovers(tr, iso)) refine_changed(tr, iso, m->nvert, stat);
+    tr->refined = true;
 }
 
 static void untangle(Track *tr, FrameStat *stat)
@@ -361,50 +365,131 @@ static void report_mending(const Track *tr, FrameStat *stat)
     stat->raw_components = s->raw;
 }
 
-bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
+/* Is the surface last frame's, to the bit, and nothing there to move what is on it? Then the meshes are too. */
+static bool stands_still(const Track *tr, const Field *field, const Grid *velocity)
 {
-    *stat = (FrameStat){0};
+    return tr->begun && tr->set.topology == TOPOLOGY_EXACT && !velocity && !tr->velocity && field_is_same(tr->field, field);
+}
+
+/* A new frame begins. */
+static void begin_frame(Track *tr, const Field *field, const Grid *velocity, double frames)
+{
+    tr->still = stands_still(tr, field, velocity);
     tr->changes.n = 0;
-    if (field->nbrick && tr->edge == 0) tr->edge = tr->set.edge * field->voxel;
-    if (field->nbrick && tr->edge < EDGE_LEAST_VOX * field->voxel)
-        return fail(err, ERR_USAGE, "an edge of %g is less than a tenth of the frame's voxels (%g); give it in voxels, such as --edge 1.5v", tr->edge, field->voxel);
-    if (tr->set.own_motion) track_remember_places(tr);
     tr->last_field = tr->field;
     tr->last_velocity = tr->velocity;
     tr->field = field;
     tr->velocity = velocity;
     tr->span_s = frames / tr->set.fps;
     if (tr->begun) tr->rest.now += (int64_t)frames;
+    tr->begun = true;
+    tr->refined = false;
+    tr->mended = (MendStat){.patch = tr->mended.patch, .cappatch = tr->mended.cappatch};
+}
+
+static void find_surface(Track *tr, FrameStat *stat)
+{
+    double t0 = track_clock();
+    IsoSurface *iso = &tr->iso;
+    iso_free(iso);
+    iso_build(iso, tr->field);
+    stat->audit_components = iso->ncomp;
+    for (int k = 0; k < iso->ncomp; k++) stat->audit_euler += iso->comp_euler[k];
+    stat->seconds.audit += track_clock() - t0;
+}
+
+bool track_solve(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
+{
+    *stat = (FrameStat){0};
+    if (field->nbrick && tr->edge == 0) tr->edge = tr->set.edge * field->voxel;
+    if (field->nbrick && tr->edge < EDGE_LEAST_VOX * field->voxel)
+        return fail(err, ERR_USAGE, "an edge of %g is less than a tenth of the frame's voxels (%g); give it in voxels, such as --edge 1.5v", tr->edge, field->voxel);
+    begin_frame(tr, field, velocity, frames);
+    if (tr->still) return true;
     if (field->nbrick == 0) mesh_clear(&tr->mesh);
     adapt_rest(tr);
-    tr->mended = (MendStat){.patch = tr->mended.patch, .cappatch = tr->mended.cappatch};
     Census census;
     census_take(&census, &tr->mesh);
-    double t0 = track_clock();
-    IsoSurface iso;
-    iso_build(&iso, field);
-    stat->audit_components = iso.ncomp;
-    for (int k = 0; k < iso.ncomp; k++) stat->audit_euler += iso.comp_euler[k];
-    stat->seconds.audit += track_clock() - t0;
+    find_surface(tr, stat);
+    const IsoSurface *iso = &tr->iso;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
-    if (tr->mesh.ntri) predict(tr, &iso, stat);
-    if (mend) audit_and_mend(tr, &iso, false, false, stat);
-    bool clear = alter_and_relax(tr, &iso, stat);
+    if (tr->mesh.ntri) predict(tr, iso, stat);
+    if (mend) audit_and_mend(tr, iso, false, false, stat);
+    bool clear = alter_and_relax(tr, iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, &iso, true, clear, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, iso, true, clear, stat); /* what relaxing may have spoilt */
     remesh_remember_lengths(&tr->mesh);
-    if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, &iso, stat); /* a mesh just made has had no events */
-    else refine(tr, &iso, stat);
-    untangle(tr, stat);
+    if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, iso, stat); /* a mesh just made has had no events */
     if (tr->set.rest) rest_settle(tr);
-    t0 = track_clock();
-    stat->wrong_components = audit_geometric(tr, &iso);
-    track_find_events(tr, &iso, stat);
-    iso_free(&iso);
-    stat->seconds.audit += track_clock() - t0;
     stat->ids_kept = census_share_kept(&census, &tr->mesh);
     census_free(&census);
     report_mending(tr, stat);
+    return true;
+}
+
+void track_pass_on(Track *from, Track *to)
+{
+    ASSERT(from->set.topology != TOPOLOGY_PAPERS);
+    const Mesh *m = &from->mesh;
+    mesh_copy(&to->mesh, m);
+    add_columns(to, m->nvert);
+    for (int v = 0; v < m->nvert; v++) to->unrest[v] = from->unrest[v];
+    to->edge = from->edge;
+    to->rest_ratio = from->rest_ratio;
+    to->begun = from->begun;
+    to->field = from->field, to->last_field = from->last_field;
+    to->velocity = from->velocity, to->last_velocity = from->last_velocity;
+    to->span_s = from->span_s;
+    to->still = from->still;
+    rest_copy(&to->rest, &from->rest);
+    iso_free(&to->iso);
+    to->iso = from->iso;
+    from->iso = (IsoSurface){0};
+    MendStat mended = to->mended;
+    to->mended = from->mended;
+    from->mended = mended;
+}
+
+/* What the figures of a frame are in the next one, if nothing changes. */
+static FrameStat figures_still(const FrameStat *last)
+{
+    FrameStat s = *last;
+    s.splits = s.collapses = s.flips = s.relax_steps = s.cg_iterations = s.predict_substeps = 0;
+    s.projections_lost = s.inverted_found = s.flattened = 0;
+    s.mend_faults = s.mend_patches = s.replaced_vertices = s.remade_components = 0;
+    s.cg_residual = 0;
+    s.frozen_vertices = s.vertices_mechanical;
+    s.ids_kept = s.vertices_mechanical ? 1 : NAN;
+    memset(s.events, 0, sizeof s.events);
+    memset(&s.seconds, 0, sizeof s.seconds);
+    return s;
+}
+
+void track_complete(Track *tr, FrameStat *stat)
+{
+    if (tr->still) {
+        track_remember_places(tr);
+        track_find_no_events(tr);
+        *stat = tr->last = figures_still(&tr->last);
+        return;
+    }
+    if (!tr->refined) {
+        track_remember_places(tr);
+        refine(tr, &tr->iso, stat);
+    }
+    untangle(tr, stat);
+    double t0 = track_clock();
+    stat->wrong_components = audit_geometric(tr, &tr->iso);
+    track_find_events(tr, stat);
+    iso_free(&tr->iso);
+    stat->seconds.audit += track_clock() - t0;
     track_measure(tr, stat);
+    tr->last = *stat;
+}
+
+bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err)
+{
+    if (!track_solve(tr, field, velocity, frames, stat, err)) return false;
+    track_complete(tr, stat);
     return true;
 }

@@ -82,6 +82,15 @@ void track_remind(Track *tr, const Field *field, const Grid *velocity);
  * False only for what the settings and the field make impossible (Err says it). */
 bool track_frame(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err);
 
+/* The same in two steps, of which one tracker may do the first for a frame while another, on another thread, does the second for the
+ * frame before. track_solve: the mechanical mesh; what it borrows stays until the next frame but one is solved. track_pass_on: `to`,
+ * opened with the same settings, takes over from `from` what completing the frame takes, and nothing else; not under
+ * TOPOLOGY_PAPERS, whose rules need the geometric mesh at once. It does so too with one that is as track_store left it, for the
+ * next frame's sake. track_complete: the geometric mesh, events and figures; adds to *stat. */
+bool track_solve(Track *tr, const Field *field, const Grid *velocity, double frames, FrameStat *stat, Err *err);
+void track_pass_on(Track *from, Track *to);
+void track_complete(Track *tr, FrameStat *stat);
+
 /* What RR-6128's rules changed in the frame just tracked (TOPOLOGY_PAPERS); the tracker's own until the next frame. */
 const ChangeList *track_changes(const Track *tr);
 

@@ -57,9 +57,15 @@ struct Track {
     Mechanics mech;
     Refine refine;
     RefinedMesh fine;       /* geometric */
+    int32_t next_midpoint;  /* identity */
+    bool refined;           /* fine is of this frame already: the papers' rules need it */
+    IsoSurface iso;         /* of this frame; zero once it is completed */
     MendStat mended;        /* in this frame */
+    bool still;             /* the frame's surface is last frame's */
+    FrameStat last;         /* figures of the last frame completed */
     bool begun;             /* a frame was tracked */
-    Bodies bodies;          /* of the mesh after the last frame tracked */
+    Bodies bodies;          /* of the mesh after the last frame completed, */
+    bool compared;          /* if there was one */
     FrameEvents events;     /* in this frame */
     const Field *field, *last_field;       /* borrowed */
     const Grid *velocity, *last_velocity;  /* borrowed; may be NULL */
@@ -90,6 +96,8 @@ void track_relax(Track *tr, Remesh *r, FrameStat *stat);
 void rest_carry(Track *tr);
 /* When it will change no more. */
 void rest_settle(Track *tr);
+/* What it holds between frames. */
+void rest_copy(Rest *to, const Rest *from);
 /* Of the geometric mesh's vertices. */
 void rest_refined(const Track *tr, RestPlace *out);
 void rest_free(Rest *r);
@@ -126,11 +134,13 @@ void census_free(Census *c);
 void bodies_take(Bodies *b, const Mesh *m);
 void bodies_free(Bodies *b);
 /* Fills tr->events and the frame's counts; the mesh is as it will be written. */
-void track_find_events(Track *tr, const IsoSurface *iso, FrameStat *stat);
+void track_find_events(Track *tr, FrameStat *stat);
+/* Of a frame in which nothing changed. */
+void track_find_no_events(Track *tr);
 
 /* --- motion.c ------------------------------------------------------------------------------------------------------- */
 
-/* Before a frame is tracked: where the geometric mesh's vertices are. */
+/* Before it is refined anew, where the settings want it: where the geometric mesh's vertices are. */
 void track_remember_places(Track *tr);
 /* World units a second of a vertex at p on the frame's surface. */
 Vec3 track_motion(const Track *tr, int32_t id, Vec3 p, Vec3 normal);

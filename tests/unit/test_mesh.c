@@ -33,14 +33,14 @@ static void appended_shapes_are_closed_components(void **state)
     assert_int_equal(mesh_euler(&m, 0), 2);
     assert_int_equal(mesh_euler(&m, 1), 0);
     assert_int_equal(mesh_euler(&m, 2), 2);
-    for (int v = 0; v < 18 + 48; v++) assert_int_equal(m.id[v], v); /* fresh ones, given out in order */
-    assert_int_equal(m.next_id, 18 + 48);
+    for (int v = 0; v < 18 + 48; v++) assert_int_equal(m.id[v], MESH_ID_STEP * v); /* fresh ones, given out in order */
+    assert_int_equal(m.next_id, MESH_ID_STEP * (18 + 48));
     assert_int_equal(m.id[18 + 48 + 2], 200);
     for (int h = 0; h < 3 * m.ntri; h++) assert_true(m.length[h] < 0 && m.flag[h] == 0);
     assert_true(mesh_volume(&tet) > 0);
     assert_int_equal(mesh_valence(&m, 0), 4);
     mesh_clear(&m);
-    assert_true(m.nvert == 0 && m.ntri == 0 && m.next_id == 18 + 48);
+    assert_true(m.nvert == 0 && m.ntri == 0 && m.next_id == MESH_ID_STEP * (18 + 48));
     assert_mesh(&m);
     assert_int_equal(mesh_components(&m, NULL, NULL), 0);
     mesh_free(&m);
@@ -87,7 +87,7 @@ static void components_can_be_dropped(void **state)
     assert_true(comp[32] == NONE && vert[20] == NONE && vert[17] == 0 && vert[18 + 48] == 1);
     mesh_compact(&m, NULL);
     assert_mesh(&m);
-    assert_true(m.nvert == 18 + 6 && m.ntri == 32 + 8 && m.id[18] == 18 + 48);
+    assert_true(m.nvert == 18 + 6 && m.ntri == 32 + 8 && m.id[18] == MESH_ID_STEP * (18 + 48));
     mesh_free(&m);
 }
 
