@@ -61,12 +61,12 @@ bool mesh_can_collapse(const Mesh *m, int h)
     int c = m->corner[he_prev(h)], d = m->corner[he_prev(g)];
     /* an end of valence three would make the triangle behind it double */
     if (c == d || mesh_valence(m, c) <= 3 || mesh_valence(m, d) <= 3) return false;
-    int common = 0, k = m->out[b];
-    do {
+    int k = m->out[b];
+    do { /* c and d are neighbours of both, and nobody else may be */
         int w = he_to(m, k);
-        if (w != a && is_neighbour(m, a, w)) common++;
+        if (w != a && w != c && w != d && is_neighbour(m, a, w)) return false;
     } while ((k = he_around(m, k)) != m->out[b]);
-    return common == 2;
+    return true;
 }
 
 static void kill_tri(Mesh *m, int h)

@@ -96,7 +96,7 @@ static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
     return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
-static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t) && inverted_with(r, t, NONE, vec3(0, 0, 0)); }
+static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t) && remesh_touches_zone(r, t) && inverted_with(r, t, NONE, vec3(0, 0, 0)); }
 
 /* What is wrong, looked for before any of it is put right: mostly nothing is. */
 typedef struct Search {

@@ -91,12 +91,6 @@ static bool take_back(MoveJob *job)
     return any;
 }
 
-static bool touches_zone(const Remesh *r, int t)
-{
-    const int32_t *c = r->mesh->corner + 3 * t;
-    return remesh_in_zone(r, c[0]) || remesh_in_zone(r, c[1]) || remesh_in_zone(r, c[2]);
-}
-
 int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
 {
     Mesh *m = r->mesh;
@@ -104,7 +98,7 @@ int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
     MoveJob job = {r, target, pos, normal, frozen, NEW0(uint8_t, m->nvert), NEW0(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) pos[v] = m->pos[v], normal[v] = r->normal[v];
     for (int t = 0; t < m->ntri; t++)
-        if (!tri_is_dead(m, t) && !touches_zone(r, t)) job.state[t] = FINE;
+        if (!tri_is_dead(m, t) && !remesh_touches_zone(r, t)) job.state[t] = FINE;
     parallel_for(m->nvert, GRAIN, move_block, &job);
     /* each round takes at least one vertex back, and old triangles are as good as they were: it ends by itself */
     for (bool again = true; again;) {

@@ -291,13 +291,12 @@ bool remesh_can_collapse(const Mesh *m, int h)
 bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
 {
     Mesh *m = r->mesh;
-    if (!remesh_can_collapse(m, h)) return false;
     int a = he_from(m, h), b = he_to(m, h);
     if (m->id[a] > m->id[b]) { /* the older identity stays */
         h = m->opp[h];
         a = he_from(m, h), b = he_to(m, h);
     }
-    if (r->zone && r->zone[b] < ZONE_FRESH) return false;
+    if ((r->zone && r->zone[b] < ZONE_FRESH) || !remesh_can_collapse(m, h)) return false;
     Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
     Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
     bool fixed = !remesh_in_zone(r, a); /* then the place is its own */

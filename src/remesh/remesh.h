@@ -71,7 +71,7 @@ void remesh_smooth(Remesh *r, int steps);
 RemeshStat remesh_coarsen(Remesh *r);
 
 /* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible, but for those whose corners are all frozen
- * (may be NULL). found: how many there were. Returns how many are left. */
+ * (may be NULL) or outside the zone. found: how many there were. Returns how many are left. */
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found);
 
 /* Vertices that are off the surface, or not on their own component's, moved beside a neighbour or collapsed into one, but for

@@ -42,6 +42,11 @@ static inline bool fitness_allows(Fitness before, Fitness after, const Limits *l
 double triangle_deviation(const Field *f, const Vec3 p[3]);
 
 static inline bool remesh_in_zone(const Remesh *r, int v) { return !r->zone || r->zone[v]; }
+static inline bool remesh_touches_zone(const Remesh *r, int t)
+{
+    const int32_t *c = r->mesh->corner + 3 * t;
+    return remesh_in_zone(r, c[0]) || remesh_in_zone(r, c[1]) || remesh_in_zone(r, c[2]);
+}
 
 /* Place i in the plane across n around p: eight to a ring, the rings `step` edges apart. */
 Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);

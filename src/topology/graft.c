@@ -1,11 +1,12 @@
 #include "topology/graft_priv.h"
 
+#include "topology/fault.h"
 #include "topology/speck.h"
 
 #include <string.h>
 
 /* Pieces are cut this large at first; those that are not sound are cut smaller. */
-static const int PIECE_TRIANGLES[] = {24, 6, 1};
+static const int PIECE_TRIANGLES[] = {40, 6, 1};
 enum {
     PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
@@ -124,6 +125,14 @@ static bool lies_within(const Graft *g, int t, const uint8_t *all)
     return true;
 }
 
+/* Is all that crosses the cell of components of which the sheet has all cells? */
+static bool cell_lies_within(const IsoSurface *iso, int cell, const uint8_t *all)
+{
+    for (int l = iso->cell_loop[cell]; l < iso->cell_loop[cell + 1]; l++)
+        if (!all[iso_loop_component(iso, l)]) return false;
+    return true;
+}
+
 static void build_sheet(Graft *g)
 {
     const IsoSurface *iso = g->iso;
@@ -134,7 +143,7 @@ static void build_sheet(Graft *g)
     for (int t = 0; t < m->ntri; t++)
         if (g->label[t] == LABEL_HOLE && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
     for (int c = 0; c < iso->ncell; c++)
-        if (hit[c]) want_around(iso, c, MARGIN_CELLS, want);
+        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, MARGIN_CELLS, want);
     sheet_build(&g->sheet, iso, all, want);
     mem_free(hit);
     mem_free(want);
@@ -246,16 +255,19 @@ static bool stop_leaks(Graft *g, uint8_t *beside, int *left)
     return true;
 }
 
+/* What may not stay: a triangle that is only far from the surface may. */
+static bool is_severe(const Graft *g, int t) { return g->plan->drop[t] & (FAULT_INVERTED | FAULT_CROSSED); }
+
 /* The hole around triangle t stays as it was; or, where that cannot be, all of its component is looked at. */
 static void spare_hole(Graft *g, int t, int32_t *stack)
 {
     const Mesh *m = g->mesh;
     int n = 0;
-    bool good = !g->plan->thorough;
+    bool good = true;
     g->drop[t] = 0;
     stack[n++] = t;
     for (int at = 0; at < n; at++) {
-        good = good && is_one_component(g, stack[at]);
+        good = good && is_one_component(g, stack[at]) && !(g->plan->thorough && is_severe(g, stack[at]));
         for (int h = 3 * stack[at]; h < 3 * stack[at] + 3; h++) {
             int u = m->opp[h] / 3;
             if (g->drop[u]) g->drop[u] = 0, stack[n++] = u;

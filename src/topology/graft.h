@@ -16,13 +16,14 @@
 
 typedef struct GraftPlan {
     const int32_t *comp;  /* [mesh->nvert] component each vertex lies on; NONE: on none */
-    const uint8_t *drop;  /* [mesh->ntri] triangles to be replaced */
+    const uint8_t *drop;  /* [mesh->ntri] triangles to be replaced: their faults, FAULT_... */
     const uint8_t *cell;  /* [iso->ncell] cells that a patch has to reach, beside those of the triangles dropped */
     const uint8_t *whole; /* [iso->ncomp] components to be made anew without a look at their mesh; those without any are, too */
     const uint8_t *wrong; /* [iso->ncomp] components that do not match: all of their mesh is looked at */
     double edge;          /* wanted */
     bool survivors;       /* dropped vertices keep their identities where they lie soundly */
-    bool thorough;        /* where a hole cannot be closed all of its component is looked at; or the hole is left as it was */
+    bool thorough;        /* where a hole cannot be closed and holds triangles turned over or crossed, all of its component is
+                           * looked at; or the hole is left as it was */
 } GraftPlan;
 
 /* `mesh` must be compact; vertices from the old nvert on are new, at reference density, with fresh identities; the dead

@@ -263,9 +263,11 @@ void iso_mark_cells(const IsoSurface *iso, Vec3 a, Vec3 b, Vec3 c, uint8_t *hit)
 {
     double longest = sqrt(real_max(v_len2(v_sub(b, a)), real_max(v_len2(v_sub(c, b)), v_len2(v_sub(a, c)))));
     int n = int_clamp((int)(longest / iso->field->voxel) + 1, 1, 16);
+    Vec3 p = affine_to_index(&iso->field->xform, a), q = affine_to_index(&iso->field->xform, b), r = affine_to_index(&iso->field->xform, c);
+    Vec3 u = v_scale(v_sub(q, p), 1.0 / n), w = v_scale(v_sub(r, p), 1.0 / n);
     for (int i = 0; i <= n; i++)
         for (int j = 0; j <= n - i; j++) {
-            int cell = iso_cell_at(iso, v_axpy(v_axpy(a, (double)i / n, v_sub(b, a)), (double)j / n, v_sub(c, a)));
+            int cell = cell_of_index(iso, v_axpy(v_axpy(p, i, u), j, w));
             if (cell != NONE) hit[cell] = 1;
         }
 }

@@ -6,8 +6,8 @@
 
 /* --- parts ------------------------------------------------------------------------------------------------------------ */
 
-/* wall[3 * ntri]: edges that part. */
-static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_t *opp, const uint8_t *wall)
+/* wall[3 * ntri]: edges that part. Triangles that `skip` marks (may be NULL), behind walls, are of no part. */
+static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_t *opp, const uint8_t *wall, const uint8_t *skip)
 {
     Parts p = {.of = NEW(int32_t, ntri)};
     int32_t *stack = NEW(int32_t, ntri), *seen = NEW(int32_t, nvert);
@@ -15,7 +15,7 @@ static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_
     for (int t = 0; t < ntri; t++) p.of[t] = NONE;
     for (int v = 0; v < nvert; v++) seen[v] = NONE;
     for (int s = 0; s < ntri; s++) {
-        if (p.of[s] != NONE) continue;
+        if (p.of[s] != NONE || (skip && skip[s])) continue;
         int n = 0, twice = 0;
         stack[n++] = s;
         p.of[s] = p.n;
@@ -47,10 +47,12 @@ static void parts_free(Parts *p)
 static Parts find_pieces(const Graft *g)
 {
     const Mesh *m = g->mesh;
-    uint8_t *wall = NEW(uint8_t, 3 * m->ntri);
+    uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *skip = NEW(uint8_t, m->ntri);
     for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->label[h / 3] != g->label[m->opp[h] / 3];
-    Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall);
+    for (int t = 0; t < m->ntri; t++) skip[t] = g->label[t] == LABEL_FAR;
+    Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, skip);
     mem_free(wall);
+    mem_free(skip);
     return p;
 }
 
@@ -73,7 +75,7 @@ static Parts find_regions(const Graft *g)
     const Sheet *s = &g->sheet;
     uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
     for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || (s->seam[h] != SEAM_NONE && is_border(g, h));
-    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall);
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall, NULL);
     mem_free(wall);
     return p;
 }
@@ -183,7 +185,7 @@ static int32_t *number_patches(Graft *g, const Parts *region, const uint8_t *pat
     Sheet *s = &g->sheet;
     uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
     for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || patch[region->of[h / 3]] != patch[region->of[s->opp[h] / 3]];
-    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall);
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall, NULL);
     int32_t *number = NEW(int32_t, p.n), *euler2 = NEW(int32_t, p.n);
     for (int k = 0; k < p.n; k++) number[k] = NONE;
     g->nregion = 0;
@@ -204,10 +206,12 @@ static void weigh_patches(Graft *g, const int32_t *euler2)
 {
     const Mesh *m = g->mesh;
     const Sheet *s = &g->sheet;
-    uint8_t *wall = NEW(uint8_t, 3 * m->ntri);
+    uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *kept = NEW(uint8_t, m->ntri);
     for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->drop[h / 3] != g->drop[m->opp[h] / 3];
-    Parts hole = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall);
+    for (int t = 0; t < m->ntri; t++) kept[t] = !g->drop[t];
+    Parts hole = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, kept);
     int n = g->nregion + hole.n;
+    mem_free(kept);
     int32_t *up = NEW(int32_t, n);
     for (int k = 0; k < n; k++) up[k] = k;
     for (int h = 0; h < 3 * s->ntri; h++) {

@@ -294,7 +294,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         Verdict v;
         judge(iso, opt, m, round, &v);
         again = v.any;
-        if (v.crumbs && round >= ROUND_WHOLE) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
+        if (v.crumbs && round > 1) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);

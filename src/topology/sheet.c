@@ -1,6 +1,5 @@
 #include "topology/sheet.h"
 
-#include "base/hash.h"
 #include "mesh/nearest.h"
 
 #include <string.h>
@@ -11,9 +10,7 @@
 #define SIDE_COS 0.2        /* a triangle fits a normal above this cosine */
 #define CORRIDOR 0.6        /* a seam keeps within this share of its length from the straight line, */
 #define CORRIDOR_VOX 0.5    /* and this many voxels */
-#define SNAP 0.2             /* a seam passes a vertex rather than cut an edge nearer to its end */
-#define STRAIGHTNESS 4.0    /* how much dearer it is to be half a length off the line */
-enum { VISITS_MAX = 400, AROUND_MAX = 160 };
+#define SNAP 0.12           /* a seam passes a vertex rather than cut an edge nearer to its end */
 
 /* --- building ------------------------------------------------------------------------------------------------------ */
 
@@ -39,22 +36,25 @@ static void make_tri_room(Sheet *s, int n)
     RESIZE(s->cell, s->captri);
 }
 
+/* Every half-edge looks for its opposite among those that leave its end. Each vertex is left with one that leaves it. */
 static void link_opposites(Sheet *s)
 {
-    Map edge;
-    map_init(&edge, 3 * s->ntri);
+    int32_t *more = NEW(int32_t, 3 * s->ntri); /* the next one that leaves the same vertex */
     for (int h = 0; h < 3 * s->ntri; h++) {
-        int32_t seen = map_put(&edge, key_pair(s->corner[h], s->corner[he_next(h)]), h);
-        ASSERT(seen == h);
+        more[h] = s->out[s->corner[h]];
+        s->out[s->corner[h]] = h;
     }
-    for (int h = 0; h < 3 * s->ntri; h++) s->opp[h] = map_get(&edge, key_pair(s->corner[he_next(h)], s->corner[h]));
-    map_free(&edge);
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int g = s->out[s->corner[he_next(h)]];
+        while (g != NONE && s->corner[he_next(g)] != s->corner[h]) g = more[g];
+        s->opp[h] = g;
+    }
+    mem_free(more);
 }
 
 /* Leaves from the rim where the umbrella is open, so that turning clockwise meets all of it. */
 static void link_vertices(Sheet *s)
 {
-    for (int h = 0; h < 3 * s->ntri; h++) s->out[s->corner[h]] = h;
     for (int h = 0; h < 3 * s->ntri; h++)
         if (s->opp[he_prev(h)] == NONE) s->out[s->corner[h]] = h;
 }
@@ -96,9 +96,6 @@ void sheet_free(Sheet *s)
     mem_free(s->next);
     mem_free(s->cell);
     mem_free(s->first);
-    mem_free(s->from);
-    mem_free(s->cost);
-    mem_free(s->visit);
     *s = (Sheet){0};
 }
 
@@ -187,6 +184,17 @@ typedef struct Foot {
     double dist2, w[3];
 } Foot;
 
+static double excess(double x, double a, double b, double c)
+{
+    return real_max(0, real_max(real_min(a, real_min(b, c)) - x, x - real_max(a, real_max(b, c))));
+}
+
+/* From p to the box around a triangle, squared. */
+static double distance2_to_box(Vec3 p, const Vec3 q[3])
+{
+    return v_len2(vec3(excess(p.x, q[0].x, q[1].x, q[2].x), excess(p.y, q[0].y, q[1].y, q[2].y), excess(p.z, q[0].z, q[1].z, q[2].z)));
+}
+
 static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, bool patches_only, Foot *best)
 {
     for (int t = s->first[cell]; t != NONE; t = s->next[t]) {
@@ -194,6 +202,7 @@ static void look_in_cell(const Sheet *s, int cell, Vec3 p, Vec3 n, int comp, boo
         Vec3 q[3];
         double w[3];
         corners_of(s, t, q);
+        if (distance2_to_box(p, q) > best->dist2) continue;
         Vec3 a = v_area2(q[0], q[1], q[2]);
         if (v_dot(a, n) < SIDE_COS * v_len(a)) continue;
         triangle_nearest(p, q, w);
@@ -257,17 +266,6 @@ int sheet_pin(Sheet *s, int pin, Vec3 p, Vec3 n, int comp, double reach, double 
 
 /* --- seams ------------------------------------------------------------------------------------------------------------ */
 
-static void make_visit_room(Sheet *s)
-{
-    if (s->nvert <= s->capvisit) return;
-    int old = s->capvisit;
-    s->capvisit = s->capvert;
-    RESIZE(s->from, s->capvisit);
-    RESIZE(s->cost, s->capvisit);
-    RESIZE(s->visit, s->capvisit);
-    for (int v = old; v < s->capvisit; v++) s->visit[v] = 0;
-}
-
 static double distance_to_segment(Vec3 p, Vec3 a, Vec3 b)
 {
     Vec3 d = v_sub(b, a);
@@ -281,74 +279,6 @@ static int find_half_edge(const Sheet *s, int a, int b)
     for (int h = s->out[a]; h != NONE; h = next_around(s, a, h))
         if (s->corner[he_next(h)] == b) return h;
     return NONE;
-}
-
-static int add_once(int32_t *list, int n, int t)
-{
-    for (int i = 0; i < n; i++)
-        if (list[i] == t) return n;
-    if (n < AROUND_MAX) list[n++] = t;
-    return n;
-}
-
-static void relax_around(Sheet *s, int v, int a, int b, double corridor, int32_t *open, int *nopen)
-{
-    double length = v_dist(s->pos[a], s->pos[b]);
-    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
-        int w = s->corner[he_next(h)];
-        if (s->opp[h] == NONE || s->seam[h] != SEAM_NONE || (w != b && s->pin[w] != PIN_NONE)) continue;
-        double off = distance_to_segment(s->pos[w], s->pos[a], s->pos[b]), bent = 2 * off / (length + 1e-30);
-        if (off > corridor) continue;
-        double cost = s->cost[v] + v_dist(s->pos[v], s->pos[w]) * (1 + STRAIGHTNESS * bent * bent);
-        bool seen = s->visit[w] >= s->stamp;
-        if (seen && (s->visit[w] > s->stamp || cost >= s->cost[w])) continue;
-        s->cost[w] = cost;
-        s->from[w] = v;
-        if (!seen && *nopen < VISITS_MAX) open[(*nopen)++] = w;
-        s->visit[w] = s->stamp;
-    }
-}
-
-/* Dijkstra in a corridor; from[] leads back from b to a. The stamp marks open vertices, stamp + 1 closed ones. */
-static bool find_way(Sheet *s, int a, int b, double corridor)
-{
-    int32_t open[VISITS_MAX];
-    int n = 0, visits = 0;
-    make_visit_room(s);
-    s->stamp += 2;
-    s->cost[a] = 0;
-    s->visit[a] = s->stamp;
-    open[n++] = a;
-    while (n && visits++ < VISITS_MAX) {
-        int best = 0;
-        for (int i = 1; i < n; i++)
-            if (s->cost[open[i]] < s->cost[open[best]] || (s->cost[open[i]] == s->cost[open[best]] && open[i] < open[best])) best = i;
-        int v = open[best];
-        open[best] = open[--n];
-        if (v == b) return true;
-        s->visit[v] = s->stamp + 1;
-        relax_around(s, v, a, b, corridor, open, &n);
-    }
-    return false;
-}
-
-/* Between vertices that are all taken there is no way but over the middles of the edges that join them. */
-static void make_ways(Sheet *s, int a, int b, double corridor)
-{
-    int32_t list[AROUND_MAX];
-    int n = 0;
-    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h)) n = add_once(list, n, h / 3);
-    for (int at = 0; at < n; at++)
-        for (int h = 3 * list[at]; h < 3 * list[at] + 3; h++) {
-            Vec3 mid = v_mid(s->pos[s->corner[h]], s->pos[s->corner[he_next(h)]]);
-            if (s->opp[h] != NONE && s->seam[h] == SEAM_NONE && distance_to_segment(mid, s->pos[a], s->pos[b]) < corridor) n = add_once(list, n, s->opp[h] / 3);
-        }
-    for (int i = 0; i < n; i++)
-        for (int h = 3 * list[i]; h < 3 * list[i] + 3; h++) {
-            int v = s->corner[h], w = s->corner[he_next(h)];
-            bool direct = (v == a && w == b) || (v == b && w == a), taken = s->pin[v] != PIN_NONE && s->pin[w] != PIN_NONE;
-            if (taken && !direct && s->opp[h] != NONE && s->seam[h] == SEAM_NONE) split_edge(s, h, v_mid(s->pos[v], s->pos[w]));
-        }
 }
 
 static Vec3 fan_normal(const Sheet *s, int v)
@@ -365,12 +295,13 @@ static int find_exit(const Sheet *s, int v, int prev, Vec3 aim, Vec3 plane, doub
 {
     int exit = NONE;
     double best = prev == NONE ? 0 : -2;
+    Vec3 forth = v_unit(v_sub(aim, s->pos[v]));
     for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
         int p = s->corner[he_next(h)], q = s->corner[he_prev(h)];
         double sp = v_dot(v_sub(s->pos[p], aim), plane), sq = v_dot(v_sub(s->pos[q], aim), plane);
         if (p == prev || q == prev || (sp >= 0) == (sq >= 0)) continue;
         Vec3 x = v_mix(s->pos[p], s->pos[q], sp / (sp - sq));
-        double ahead = v_dot(v_unit(v_sub(x, s->pos[v])), v_unit(v_sub(aim, s->pos[v])));
+        double ahead = v_dot(v_unit(v_sub(x, s->pos[v])), forth);
         if (ahead <= best) continue;
         best = ahead;
         exit = he_next(h);
@@ -405,20 +336,6 @@ static int walk_straight(Sheet *s, int a, int b, double corridor, int cap, int32
     }
 }
 
-/* The shortest way over vertices there are, or over those that can be made. */
-static int walk_around(Sheet *s, int a, int b, double corridor, int cap, int32_t *path)
-{
-    if (!find_way(s, a, b, corridor)) {
-        make_ways(s, a, b, 2 * corridor);
-        if (!find_way(s, a, b, 2 * corridor)) return NONE;
-    }
-    int n = 0;
-    for (int v = s->from[b]; v != a; v = s->from[v]) n++;
-    if (n > cap) return NONE;
-    for (int v = s->from[b], i = n; v != a; v = s->from[v]) path[--i] = v;
-    return n;
-}
-
 /* Is there an edge from each vertex of the path to the next, and no seam on it? */
 static bool is_open(const Sheet *s, int a, int b, int n, const int32_t *path)
 {
@@ -433,9 +350,7 @@ int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path)
 {
     double corridor = CORRIDOR * v_dist(s->pos[a], s->pos[b]) + CORRIDOR_VOX * s->iso->field->voxel;
     int n = walk_straight(s, a, b, corridor, cap, path);
-    if (n != NONE && !is_open(s, a, b, n, path)) n = NONE; /* it cut itself */
-    if (n == NONE) n = walk_around(s, a, b, corridor, cap, path);
-    if (n == NONE) return NONE;
+    if (n == NONE || !is_open(s, a, b, n, path)) return NONE; /* it cut itself */
     for (int i = 0; i < n; i++) s->pin[path[i]] = PIN_SEAM;
     for (int i = 0; i <= n; i++) {
         int h = find_half_edge(s, i ? path[i - 1] : a, i < n ? path[i] : b);

@@ -25,10 +25,6 @@ typedef struct Sheet {
     int32_t *cell;    /* [ntri] the crossed cell it lies in */
     int32_t *next;    /* [ntri] the next triangle in the same cell, or NONE */
     int32_t *first;   /* [iso->ncell] */
-    int32_t *from;    /* [nvert at the first trace] Dijkstra's columns */
-    double *cost;
-    int32_t *visit;
-    int capvisit, stamp;
 } Sheet;
 
 /* The sheet of the components and cells wanted (iso_triangles). */
@@ -40,8 +36,8 @@ void sheet_free(Sheet *s);
  * `apart`: not nearer than this to another pinned vertex. Returns the sheet's vertex, or NONE. */
 int sheet_pin(Sheet *s, int pin, Vec3 p, Vec3 n, int comp, double reach, double apart, bool patches_only);
 
-/* Traces seam number `seam` from vertex a to vertex b: straight on, cutting the edges in its way, or else around what is taken
- * already, near the straight line. path[cap] gets the vertices between them. Returns how many, or NONE where there is no way. */
+/* Traces seam number `seam` from vertex a to vertex b: straight on, cutting the edges in its way. path[cap] gets the vertices between
+ * them. Returns how many, or NONE where another seam is in the way: what is bordered by such seams is made anew. */
 int sheet_trace(Sheet *s, int seam, int a, int b, int cap, int32_t *path);
 
 /* Splits the edges inside patches whose ends are both pinned or on seams: the mesh may have such an edge already. */
