@@ -80,38 +80,80 @@ float grid_at(const Grid *g, int x, int y, int z, int k)
     return g->background[k];
 }
 
-void grid_from_dense(Grid *g, const float *value, const int n[3])
+/* One block's samples, n of them along each axis in the array; beyond it is background. */
+static void fill_block(const Grid *g, float *block, const float *value, const int n[3], const size_t step[3])
+{
+    bool part = n[0] < GRID_SIDE || n[1] < GRID_SIDE || n[2] < GRID_SIDE;
+    for (int k = 0; k < g->ncomp; k++) {
+        float *v = block + k * GRID_CELLS;
+        for (int c = 0; c < GRID_CELLS && part; c++) v[c] = g->background[k];
+        for (int z = 0; z < n[2]; z++)
+            for (int y = 0; y < n[1]; y++) {
+                const float *row = value + (size_t)y * step[1] + (size_t)z * step[2] + (size_t)k;
+                for (int x = 0; x < n[0]; x++) v[z * 64 + y * 8 + x] = row[(size_t)x * step[0]];
+            }
+    }
+}
+
+void grid_from_array(Grid *g, const float *value, const int n[3], const size_t step[3])
 {
     ASSERT(grid_is_empty(g) && n[0] > 0 && n[1] > 0 && n[2] > 0);
     for (int a = 0; a < 3; a++) {
         g->lo[a] = 0;
         g->hi[a] = n[a] - 1;
     }
-    for (int bz = 0; bz < n[2]; bz += 8)
-        for (int by = 0; by < n[1]; by += 8)
-            for (int bx = 0; bx < n[0]; bx += 8) {
-                float *v = grid_add_block(g, bx, by, bz);
-                for (int k = 0; k < g->ncomp; k++)
-                    for (int c = 0; c < GRID_CELLS; c++) {
-                        int x = bx + (c & 7), y = by + (c >> 3 & 7), z = bz + (c >> 6);
-                        bool in = x < n[0] && y < n[1] && z < n[2];
-                        size_t at = (size_t)x + (size_t)n[0] * ((size_t)y + (size_t)n[1] * (size_t)z);
-                        v[k * GRID_CELLS + c] = in ? value[at * (size_t)g->ncomp + (size_t)k] : g->background[k];
-                    }
+    for (int z = 0; z < n[2]; z += 8)
+        for (int y = 0; y < n[1]; y += 8)
+            for (int x = 0; x < n[0]; x += 8) {
+                const float *from = value + (size_t)x * step[0] + (size_t)y * step[1] + (size_t)z * step[2];
+                int side[3] = {int_min(8, n[0] - x), int_min(8, n[1] - y), int_min(8, n[2] - z)};
+                fill_block(g, grid_add_block(g, x, y, z), from, side, step);
             }
 }
 
-/* Trilinear at index-space p. */
-static double component_at(const Grid *g, Vec3 p, int k)
+void grid_from_dense(Grid *g, const float *value, const int n[3])
 {
-    double f[3] = {floor(p.x), floor(p.y), floor(p.z)}, out = 0;
-    for (int a = 0; a < 3; a++)
-        if (!(f[a] > -COORD_LIMIT && f[a] < COORD_LIMIT - 1)) return g->background[k];
-    int x = (int)f[0], y = (int)f[1], z = (int)f[2];
-    double t[3] = {p.x - f[0], p.y - f[1], p.z - f[2]};
+    size_t ncomp = (size_t)g->ncomp, nx = (size_t)n[0], ny = (size_t)n[1];
+    grid_from_array(g, value, n, (size_t[3]){ncomp, ncomp * nx, ncomp * nx * ny});
+}
+
+/* A cell of eight samples: where it is, the place of a point in it, and the corners' first components where blocks hold them. */
+typedef struct Cell {
+    int at[3];
+    double t[3];
+    const float *corner[8];
+} Cell;
+
+/* The cell that holds an index-space point. False beyond all reach. */
+static bool find_cell(const Grid *g, Vec3 p, Cell *cell)
+{
+    const float *block[8];
+    int known = 0; /* a bit for each of the blocks looked up, by the axes along which they are the next one */
+    for (int a = 0; a < 3; a++) {
+        double q = v_get(p, a), f = floor(q);
+        if (!(f > -COORD_LIMIT && f < COORD_LIMIT - 1)) return false;
+        cell->at[a] = (int)f;
+        cell->t[a] = q - f;
+    }
     for (int c = 0; c < 8; c++) {
-        double w = (c & 1 ? t[0] : 1 - t[0]) * (c & 2 ? t[1] : 1 - t[1]) * (c & 4 ? t[2] : 1 - t[2]);
-        out += w * (double)grid_at(g, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), k);
+        int x = (cell->at[0] & 7) + (c & 1), y = (cell->at[1] & 7) + (c >> 1 & 1), z = (cell->at[2] & 7) + (c >> 2);
+        int b = x >> 3 | y >> 3 << 1 | z >> 3 << 2;
+        if (!(known >> b & 1)) block[b] = grid_block(g, cell->at[0] + (c & 1), cell->at[1] + (c >> 1 & 1), cell->at[2] + (c >> 2));
+        known |= 1 << b;
+        cell->corner[c] = block[b] ? block[b] + (z & 7) * 64 + (y & 7) * 8 + (x & 7) : NULL;
+    }
+    return true;
+}
+
+/* Trilinear in component k. */
+static double cell_value(const Grid *g, const Cell *cell, int k)
+{
+    const double *t = cell->t;
+    double out = 0;
+    for (int c = 0; c < 8; c++) {
+        int dx = c & 1, dy = c >> 1 & 1, dz = c >> 2;
+        float v = cell->corner[c] ? cell->corner[c][k * GRID_CELLS] : grid_at(g, cell->at[0] + dx, cell->at[1] + dy, cell->at[2] + dz, k);
+        out += (dx ? t[0] : 1 - t[0]) * (dy ? t[1] : 1 - t[1]) * (dz ? t[2] : 1 - t[2]) * (double)v;
     }
     return out;
 }
@@ -120,15 +162,21 @@ Vec3 grid_vector(const Grid *g, Vec3 world)
 {
     ASSERT(g->ncomp == 3);
     Vec3 p = affine_to_index(&g->xform, world), v = vec3(0, 0, 0);
+    Cell cell;
+    bool found = !g->staggered && find_cell(g, p, &cell);
     for (int k = 0; k < 3; k++) {
-        Vec3 q = p; /* component k of a MAC grid is stored half a voxel towards -k of its sample */
-        if (g->staggered) v_set(&q, k, v_get(p, k) + 0.5);
-        v_set(&v, k, component_at(g, q, k));
+        if (g->staggered) { /* component k of a MAC grid is stored half a voxel towards -k of its sample */
+            Vec3 q = p;
+            v_set(&q, k, v_get(p, k) + 0.5);
+            found = find_cell(g, q, &cell);
+        }
+        v_set(&v, k, found ? cell_value(g, &cell, k) : (double)g->background[k]);
     }
     return v;
 }
 
 double grid_scalar(const Grid *g, Vec3 world)
 {
-    return component_at(g, affine_to_index(&g->xform, world), 0);
+    Cell cell;
+    return find_cell(g, affine_to_index(&g->xform, world), &cell) ? cell_value(g, &cell, 0) : (double)g->background[0];
 }

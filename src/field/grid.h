@@ -48,6 +48,8 @@ float grid_at(const Grid *g, int x, int y, int z, int k);
 /* Fills an empty grid from a dense array, x fastest, nx*ny*nz*ncomp values with the component fastest
  * of all; the active bounding box becomes the array's. */
 void grid_from_dense(Grid *g, const float *value, const int n[3]);
+/* The same from values that lie in another order: so many of them from one sample to the next along x, y and z. */
+void grid_from_array(Grid *g, const float *value, const int n[3], const size_t step[3]);
 /* The vector at a world point: trilinear, each component from its own place when staggered; zero beyond
  * the grid by way of the background. */
 Vec3 grid_vector(const Grid *g, Vec3 world);

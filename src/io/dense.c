@@ -16,7 +16,7 @@ static float half_to_float(uint16_t h)
 }
 
 /* Lowest first in `bits` whatever the order in the file or the machine. */
-float dense_sample(DenseType type, const uint8_t *p)
+static inline float sample(DenseType type, const uint8_t *p)
 {
     uint64_t bits = 0;
     for (int i = 0; i < type.size; i++) bits |= (uint64_t)p[type.big_endian ? type.size - 1 - i : i] << 8 * i;
@@ -36,6 +36,8 @@ float dense_sample(DenseType type, const uint8_t *p)
     memcpy(&d, &bits, sizeof d);
     return (float)d;
 }
+
+float dense_sample(DenseType type, const uint8_t *p) { return sample(type, p); }
 
 /* --- sizes and places --------------------------------------------------------------------------- */
 
@@ -78,33 +80,22 @@ bool dense_place(const char *path, const VolumeRequest *r, const Affine *own, Gr
 
 /* --- samples ------------------------------------------------------------------------------------ */
 
-/* Where the values go in an array with x fastest and a sample's components together. */
-typedef struct Filler {
-    size_t side[3], step[3]; /* of the file's fastest, middle and slowest index */
-    size_t at[3], comp, ncomp;
-    float *value;
-} Filler;
-
-static Filler filler_make(DenseShape shape, int ncomp, float *value)
+/* A sample each from n of them. */
+static void decode(DenseType type, const uint8_t *p, size_t n, float *value)
 {
-    size_t nx = (size_t)shape.n[0], ny = (size_t)shape.n[1], nz = (size_t)shape.n[2];
-    bool x = shape.x_fastest;
-    return (Filler){.side = {x ? nx : nz, ny, x ? nz : nx},
-                    .step = {x ? 1 : nx * ny, nx, x ? nx * ny : 1},
-                    .ncomp = (size_t)ncomp,
-                    .value = value};
+    const DenseType common = {'f', 4, false}; /* known here, a sample is one load */
+    if (type.kind == common.kind && type.size == common.size && !type.big_endian)
+        for (size_t i = 0; i < n; i++) value[i] = sample(common, p + 4 * i);
+    else
+        for (size_t i = 0; i < n; i++) value[i] = sample(type, p + i * (size_t)type.size);
 }
 
-static void filler_put(Filler *f, float v)
+/* Into a grid from values in the file's order. */
+static void fill(Grid *out, DenseShape shape, const float *value)
 {
-    f->value[(f->at[0] * f->step[0] + f->at[1] * f->step[1] + f->at[2] * f->step[2]) * f->ncomp + f->comp] = v;
-    if (++f->comp < f->ncomp) return;
-    f->comp = 0;
-    for (int a = 0; a < 2; a++) {
-        if (++f->at[a] < f->side[a]) return;
-        f->at[a] = 0;
-    }
-    f->at[2]++;
+    size_t ncomp = (size_t)out->ncomp, ny = (size_t)shape.n[1], nz = (size_t)shape.n[2];
+    if (shape.x_fastest) grid_from_dense(out, value, shape.n);
+    else grid_from_array(out, value, shape.n, (size_t[3]){ncomp * nz * ny, ncomp * nz, ncomp});
 }
 
 bool dense_read(Stream *s, const char *path, DenseType type, DenseShape shape, Grid *out, Err *err)
@@ -116,17 +107,16 @@ bool dense_read(Stream *s, const char *path, DenseType type, DenseShape shape, G
     size_t size = (size_t)type.size, got = 0;
     uint8_t *chunk = NEW(uint8_t, CHUNK_BYTES);
     float *value = NEW(float, total);
-    Filler filler = filler_make(shape, out->ncomp, value);
     bool ok = true;
     for (int64_t done = 0; done < total && ok;) {
         size_t count = total - done < (int64_t)(CHUNK_BYTES / size) ? (size_t)(total - done) : CHUNK_BYTES / size;
         ok = stream_read(s, count * size, chunk, err);
-        for (size_t i = 0; i < count && ok; i++) filler_put(&filler, dense_sample(type, chunk + i * size));
+        if (ok) decode(type, chunk, count, value + done);
         done += (int64_t)count;
     }
     ok = ok && stream_take(s, 1, chunk, &got, err);
     if (ok && got) ok = misfit(path, shape.n, type.size * out->ncomp, "more than ", want, err);
-    if (ok) grid_from_dense(out, value, shape.n);
+    if (ok) fill(out, shape, value);
     mem_free(value);
     mem_free(chunk);
     return ok;
@@ -173,7 +163,7 @@ static bool words_next(Words *w, char *word, size_t size, Err *err)
     return true;
 }
 
-static bool read_words(Words *w, const char *path, Filler *f, int64_t total, Err *err)
+static bool read_words(Words *w, const char *path, float *value, int64_t total, Err *err)
 {
     char word[64], *end;
     for (int64_t i = 0; i < total; i++) {
@@ -184,7 +174,7 @@ static bool read_words(Words *w, const char *path, Filler *f, int64_t total, Err
                         word[0] ? "something else than a number stands" : "it ends", (long long)i, (long long)total);
         if (!w->closed)
             return fail(err, ERR_INPUT, "%.600s: ends within its last line, which may be cut short; write it again, or end it with a newline", path);
-        filler_put(f, (float)v);
+        value[i] = (float)v;
     }
     if (!words_next(w, word, sizeof word, err)) return false;
     if (word[0]) return fail(err, ERR_INPUT, "%.600s: holds more numbers than the %lld samples of its dimensions", path, (long long)total);
@@ -198,10 +188,9 @@ bool dense_read_text(Stream *s, const char *path, DenseShape shape, Grid *out, E
     /* a digit each, and something between */
     if (total > most / 2 + 1) return misfit(path, shape.n, 2, "at most ", most, err);
     float *value = NEW(float, total);
-    Filler filler = filler_make(shape, out->ncomp, value);
     Words w = {.s = s};
-    bool ok = read_words(&w, path, &filler, total, err);
-    if (ok) grid_from_dense(out, value, shape.n);
+    bool ok = read_words(&w, path, value, total, err);
+    if (ok) fill(out, shape, value);
     mem_free(value);
     return ok;
 }
