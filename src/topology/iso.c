@@ -1,84 +1,31 @@
 #include "topology/iso.h"
 
 #include "base/sets.h"
+#include "base/thread.h"
 #include "topology/cell.h"
-
-#include <string.h>
 
 #define EDGE_MARGIN 0.02 /* crossings keep this share of a grid edge away from its ends: no two coincide */
 
-enum { LOCAL = BRICK_SIDE * BRICK_SIDE * BRICK_SIDE };
+enum { LOCAL = BRICK_SIDE * BRICK_SIDE * BRICK_SIDE, GRAIN_BRICKS = 16, GRAIN_CELLS = 1024 };
 
-/* --- cut edges ------------------------------------------------------------------------------------------------ */
+/* --- cut edges and loops, the bricks in parallel ---------------------------------------------------------------- */
+
+/* What is known of a crossed brick before its cells and edges have numbers. An edge is its lower sample's brick's; the brick
+ * of a cut one is crossed. */
+typedef struct Scan {
+    uint8_t crossed[8][8];     /* [z][y] cells, a bit each */
+    uint8_t cut[8][8][3];      /* [z][y][axis] edges, a bit each */
+    uint16_t before[8][8][3];  /* the brick's cut edges in the rows before */
+    int ncell, nedge;
+    int first_cell, first_edge;
+    int above[8];              /* the brick itself and its upper neighbours, by x + 2 y + 4 z */
+} Scan;
 
 typedef struct Builder {
     IsoSurface *iso;
-    int32_t *edge_id;     /* [nbrick * 512 * 3] */
-    int32_t (*above)[8];  /* [nbrick] the brick itself and its upper neighbours, by x + 2 y + 4 z */
-    int capcell, caploop, capuse, capedge;
-    int nuse;
+    Scan *scan;                /* [ncrossed] */
+    CellTopology *topology;    /* [ncell] */
 } Builder;
-
-static void find_neighbours(Builder *b)
-{
-    const Field *f = b->iso->field;
-    b->above = mem_alloc((size_t)f->nbrick, sizeof *b->above);
-    for (int k = 0; k < f->nbrick; k++)
-        for (int n = 0; n < 8; n++)
-            b->above[k][n] = field_brick(f, f->origin[k][0] + 8 * (n & 1), f->origin[k][1] + 8 * (n >> 1 & 1), f->origin[k][2] + 8 * (n >> 2));
-}
-
-/* The cut edge that leaves local sample (x, y, z), each 0 ... 8, of a brick along an axis, cut at t; numbered at first sight. */
-static int edge_of(Builder *b, int brick, int x, int y, int z, int axis, double t)
-{
-    IsoSurface *iso = b->iso;
-    int owner = b->above[brick][x >> 3 | y >> 3 << 1 | z >> 3 << 2];
-    ASSERT(owner != NONE);
-    int32_t *id = &b->edge_id[3 * (owner * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)) + axis];
-    if (*id == NONE) {
-        RESERVE(iso->edge_pos, b->capedge, iso->nedge + 1);
-        const int *o = iso->field->origin[brick];
-        Vec3 p = vec3(o[0] + x, o[1] + y, o[2] + z);
-        v_set(&p, axis, v_get(p, axis) + t);
-        iso->edge_pos[iso->nedge] = p;
-        *id = iso->nedge++;
-    }
-    return *id;
-}
-
-static void add_cell(Builder *b, int brick, int local, const double F[8])
-{
-    IsoSurface *iso = b->iso;
-    CellTopology t = cell_topology(F);
-    int x = local & 7, y = local >> 3 & 7, z = local >> 6, first = iso->nloop;
-    if (iso->ncell + 2 > b->capcell) {
-        b->capcell = int_max(4096, 2 * b->capcell);
-        RESIZE(iso->cell_at, b->capcell);
-        RESIZE(iso->cell_loop, b->capcell);
-    }
-    if (iso->nloop + 5 > b->caploop) {
-        b->caploop = int_max(4096, 2 * b->caploop);
-        RESIZE(iso->loop_start, b->caploop);
-        RESIZE(iso->loop_mate, b->caploop);
-        RESIZE(iso->loop_plain, b->caploop);
-    }
-    RESERVE(iso->loop_edge, b->capuse, b->nuse + 12);
-    iso->cell_at[iso->ncell] = brick * LOCAL + local;
-    iso->cell_loop[iso->ncell] = first;
-    iso->cell_index[brick * LOCAL + local] = iso->ncell++;
-    for (int l = 0; l < t.nloop; l++) {
-        iso->loop_start[iso->nloop] = b->nuse;
-        iso->loop_mate[iso->nloop] = l == t.tunnel[0] ? first + t.tunnel[1] : l == t.tunnel[1] ? first + t.tunnel[0] : NONE;
-        iso->loop_plain[iso->nloop++] = t.nloop == 1 && !t.ambiguous;
-        for (int k = t.start[l]; k < t.start[l + 1]; k++) {
-            int axis = t.edge[k] >> 2, c = CELL_EDGE_CORNER[t.edge[k]], d = c + (1 << axis);
-            iso->loop_edge[b->nuse++] = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), axis,
-                                                  real_clamp(F[c] / (F[c] - F[d]), EDGE_MARGIN, 1 - EDGE_MARGIN));
-        }
-    }
-    iso->ambiguous_cells += t.ambiguous;
-    iso->tunnels += t.tunnel[0] != NONE;
-}
 
 /* Which of the 9^3 samples of a brick's cells are inside: a bit each, a row along x. */
 static void find_inside(const Field *f, int brick, unsigned row[9][9])
@@ -92,24 +39,166 @@ static void find_inside(const Field *f, int brick, unsigned row[9][9])
         }
 }
 
-static void scan_brick(Builder *b, int brick)
+static void find_above(const Field *f, int brick, int above[8])
 {
-    const Field *f = b->iso->field;
     const int *o = f->origin[brick];
+    for (int n = 0; n < 8; n++) above[n] = field_brick(f, o[0] + 8 * (n & 1), o[1] + 8 * (n >> 1 & 1), o[2] + 8 * (n >> 2));
+}
+
+static void scan_brick(const Field *f, int brick, Scan *s)
+{
     unsigned row[9][9];
     find_inside(f, brick, row);
+    find_above(f, brick, s->above);
+    s->ncell = s->nedge = 0;
     for (int z = 0; z < 8; z++)
         for (int y = 0; y < 8; y++) {
-            unsigned any = row[z][y] | row[z][y + 1] | row[z + 1][y] | row[z + 1][y + 1];
-            unsigned all = row[z][y] & row[z][y + 1] & row[z + 1][y] & row[z + 1][y + 1];
-            unsigned crossed = (any | any >> 1) & ~(all & all >> 1) & 0xff;
-            for (int x = 0; crossed >> x; x++) {
-                if (!(crossed >> x & 1)) continue;
-                double F[8];
-                field_cell(f, brick, o[0] + x, o[1] + y, o[2] + z, F);
-                add_cell(b, brick, (z * 8 + y) * 8 + x, F);
+            unsigned r = row[z][y], any = r | row[z][y + 1] | row[z + 1][y] | row[z + 1][y + 1];
+            unsigned all = r & row[z][y + 1] & row[z + 1][y] & row[z + 1][y + 1];
+            unsigned cut[3] = {r ^ r >> 1, r ^ row[z][y + 1], r ^ row[z + 1][y]};
+            s->crossed[z][y] = (uint8_t)((any | any >> 1) & ~(all & all >> 1));
+            s->ncell += __builtin_popcount(s->crossed[z][y]);
+            for (int axis = 0; axis < 3; axis++) {
+                s->cut[z][y][axis] = (uint8_t)cut[axis];
+                s->before[z][y][axis] = (uint16_t)s->nedge;
+                s->nedge += __builtin_popcount(s->cut[z][y][axis]);
             }
         }
+}
+
+static void scan_block(void *ctx, int begin, int end)
+{
+    Builder *b = ctx;
+    for (int k = begin; k < end; k++) scan_brick(b->iso->field, k, &b->scan[k]);
+}
+
+static void number_bricks(Builder *b)
+{
+    IsoSurface *iso = b->iso;
+    for (int k = 0; k < iso->field->ncrossed; k++) {
+        b->scan[k].first_cell = iso->ncell;
+        b->scan[k].first_edge = iso->nedge;
+        iso->ncell += b->scan[k].ncell;
+        iso->nedge += b->scan[k].nedge;
+    }
+}
+
+/* Where the cut edges of a row along x are cut: they leave samples v along an axis, `step` samples to the next one. */
+static void place_edges(const IsoSurface *iso, const float *v, int step, Vec3 corner, int axis, unsigned cut, Vec3 *pos)
+{
+    const Field *f = iso->field;
+    for (int x = 0; cut >> x; x++) {
+        if (!(cut >> x & 1)) continue;
+        double F0 = f->sign * ((double)v[x] - f->iso), F1 = f->sign * ((double)v[x + step] - f->iso);
+        Vec3 p = vec3(corner.x + x, corner.y, corner.z);
+        v_set(&p, axis, v_get(p, axis) + real_clamp(F0 / (F0 - F1), EDGE_MARGIN, 1 - EDGE_MARGIN));
+        *pos++ = p;
+    }
+}
+
+static void find_cells(Builder *b, int brick)
+{
+    IsoSurface *iso = b->iso;
+    const Field *f = iso->field;
+    const Scan *s = &b->scan[brick];
+    const int *o = f->origin[brick], step[3] = {1, BRICK_SPAN, BRICK_SPAN * BRICK_SPAN};
+    int cell = s->first_cell;
+    for (int row = 0; row < 64; row++) {
+        int y = row & 7, z = row >> 3;
+        const float *v = f->value + (size_t)brick * BRICK_SAMPLES + 1 + BRICK_SPAN * (y + 1 + BRICK_SPAN * (z + 1));
+        for (int axis = 0; axis < 3; axis++)
+            place_edges(iso, v, step[axis], vec3(o[0], o[1] + y, o[2] + z), axis, s->cut[z][y][axis], iso->edge_pos + s->first_edge + s->before[z][y][axis]);
+        for (int x = 0; x < 8; x++) {
+            int local = 8 * row + x;
+            bool crossed = s->crossed[z][y] >> x & 1;
+            iso->cell_index[brick * LOCAL + local] = crossed ? cell : NONE;
+            if (!crossed) continue;
+            double F[8];
+            field_cell(f, brick, o[0] + x, o[1] + y, o[2] + z, F);
+            iso->cell_at[cell] = brick * LOCAL + local;
+            b->topology[cell++] = cell_topology(F);
+        }
+    }
+}
+
+static void cell_block(void *ctx, int begin, int end)
+{
+    for (int k = begin; k < end; k++) find_cells(ctx, k);
+}
+
+/* Loops, and where their edges go. */
+static void number_loops(Builder *b)
+{
+    IsoSurface *iso = b->iso;
+    int nuse = 0;
+    iso->cell_loop = NEW(int32_t, iso->ncell + 1);
+    for (int c = 0; c < iso->ncell; c++) {
+        iso->cell_loop[c] = iso->nloop;
+        iso->nloop += b->topology[c].nloop;
+        iso->ambiguous_cells += b->topology[c].ambiguous;
+        iso->tunnels += b->topology[c].tunnel[0] != NONE;
+    }
+    iso->cell_loop[iso->ncell] = iso->nloop;
+    iso->loop_start = NEW(int32_t, iso->nloop + 1);
+    for (int c = 0, n = 0; c < iso->ncell; c++)
+        for (int l = 0; l < b->topology[c].nloop; l++) {
+            iso->loop_start[n++] = nuse;
+            nuse += b->topology[c].start[l + 1] - b->topology[c].start[l];
+        }
+    iso->loop_start[iso->nloop] = nuse;
+    iso->loop_mate = NEW(int32_t, iso->nloop);
+    iso->loop_plain = NEW(uint8_t, iso->nloop);
+    iso->loop_edge = NEW(int32_t, nuse);
+}
+
+/* The number of the cut edge that leaves local sample (x, y, z), each 0 ... 8, of a brick along an axis. */
+static int edge_of(const Builder *b, int brick, int x, int y, int z, int axis)
+{
+    int owner = b->scan[brick].above[x >> 3 | y >> 3 << 1 | z >> 3 << 2];
+    ASSERT(owner != NONE && owner < b->iso->field->ncrossed);
+    const Scan *s = &b->scan[owner];
+    unsigned below = s->cut[z & 7][y & 7][axis] & ((1u << (x & 7)) - 1);
+    return s->first_edge + s->before[z & 7][y & 7][axis] + __builtin_popcount(below);
+}
+
+static void fill_loops(const Builder *b, int cell)
+{
+    IsoSurface *iso = b->iso;
+    const CellTopology *t = &b->topology[cell];
+    int brick = iso->cell_at[cell] / LOCAL, local = iso->cell_at[cell] % LOCAL, first = iso->cell_loop[cell];
+    int x = local & 7, y = local >> 3 & 7, z = local >> 6;
+    for (int l = 0; l < t->nloop; l++) {
+        int32_t *edge = iso->loop_edge + iso->loop_start[first + l];
+        iso->loop_mate[first + l] = l == t->tunnel[0] ? first + t->tunnel[1] : l == t->tunnel[1] ? first + t->tunnel[0] : NONE;
+        iso->loop_plain[first + l] = t->nloop == 1 && !t->ambiguous;
+        for (int k = t->start[l]; k < t->start[l + 1]; k++) {
+            int c = CELL_EDGE_CORNER[t->edge[k]];
+            *edge++ = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), t->edge[k] >> 2);
+        }
+    }
+}
+
+static void loop_block(void *ctx, int begin, int end)
+{
+    for (int c = begin; c < end; c++) fill_loops(ctx, c);
+}
+
+static void find_loops(IsoSurface *iso)
+{
+    int n = iso->field->ncrossed;
+    Builder b = {.iso = iso, .scan = NEW(Scan, n)};
+    ASSERT((int64_t)n * LOCAL < INT32_MAX / 3);
+    parallel_for(n, GRAIN_BRICKS, scan_block, &b);
+    number_bricks(&b);
+    b.topology = NEW(CellTopology, iso->ncell);
+    iso->cell_index = NEW(int32_t, (size_t)n * LOCAL);
+    iso->cell_at = NEW(int32_t, iso->ncell);
+    iso->edge_pos = NEW(Vec3, iso->nedge);
+    parallel_for(n, GRAIN_BRICKS, cell_block, &b);
+    number_loops(&b);
+    parallel_for(iso->ncell, GRAIN_CELLS, loop_block, &b);
+    mem_free(b.scan);
+    mem_free(b.topology);
 }
 
 /* --- components ----------------------------------------------------------------------------------------------- */
@@ -185,21 +274,7 @@ static void measure_components(IsoSurface *iso)
 void iso_build(IsoSurface *iso, const Field *field)
 {
     *iso = (IsoSurface){.field = field};
-    Builder b = {.iso = iso};
-    size_t samples = (size_t)field->nbrick * LOCAL;
-    ASSERT(samples < INT32_MAX / 3);
-    iso->cell_index = NEW(int32_t, samples);
-    b.edge_id = NEW(int32_t, 3 * samples);
-    memset(iso->cell_index, 0xff, samples * sizeof(int32_t));
-    memset(b.edge_id, 0xff, 3 * samples * sizeof(int32_t));
-    find_neighbours(&b);
-    for (int k = 0; k < field->ncrossed; k++) scan_brick(&b, k);
-    RESERVE(iso->cell_loop, b.capcell, iso->ncell + 1);
-    RESERVE(iso->loop_start, b.caploop, iso->nloop + 1);
-    iso->cell_loop[iso->ncell] = iso->nloop;
-    iso->loop_start[iso->nloop] = b.nuse;
-    mem_free(b.edge_id);
-    mem_free(b.above);
+    find_loops(iso);
     find_components(iso);
     count_euler(iso);
     measure_components(iso);
@@ -232,7 +307,7 @@ static int cell_of_index(const IsoSurface *iso, Vec3 q)
     double fx = floor(q.x), fy = floor(q.y), fz = floor(q.z), limit = 1 << 20;
     if (!(fabs(fx) < limit && fabs(fy) < limit && fabs(fz) < limit)) return NONE;
     int x = (int)fx, y = (int)fy, z = (int)fz, b = field_brick(iso->field, x, y, z);
-    return b == NONE ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
+    return b == NONE || b >= iso->field->ncrossed ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 
 int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)
@@ -244,7 +319,7 @@ int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)
         const int *o = f->origin[brick];
         brick = field_brick(f, o[0] + x, o[1] + y, o[2] + z);
     }
-    return brick == NONE ? NONE : iso->cell_index[brick * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
+    return brick == NONE || brick >= f->ncrossed ? NONE : iso->cell_index[brick * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 
 int iso_cell_at(const IsoSurface *iso, Vec3 p) { return cell_of_index(iso, affine_to_index(&iso->field->xform, p)); }

@@ -20,7 +20,7 @@ typedef struct IsoSurface {
     int32_t *loop_edge;    /* cut edges, counter-clockwise seen from outside the object, in index space */
     int32_t *loop_mate;    /* [nloop] the other loop of a tunnel, or NONE */
     uint8_t *loop_plain;   /* [nloop] the only loop of a cell without ambiguous faces */
-    int32_t *cell_index;   /* [nbrick * 512] crossed cell or NONE */
+    int32_t *cell_index;   /* [field->ncrossed * 512] crossed cell or NONE */
     int ncomp;
     int32_t *comp_euler;   /* [ncomp] */
     int32_t *comp_loops;   /* [ncomp] how many loops */
