@@ -3,6 +3,8 @@
 #include "base/thread.h"
 #include "topology/speck.h"
 
+#include <string.h>
+
 enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 #define OFF_SURFACE_VOX 0.05 /* a vertex farther from the surface, to first order, did not land */
 #define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through */
@@ -11,6 +13,7 @@ typedef struct Job {
     const IsoSurface *iso;
     const Mesh *mesh;
     Faults *f;
+    uint8_t *hit;  /* [iso->ncell] a triangle passes through */
 } Job;
 
 static void vertex_block(void *ctx, int begin, int end)
@@ -40,7 +43,12 @@ static int faults_of(const Job *job, int t)
 static void triangle_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    for (int t = begin; t < end; t++) job->f->tri[t] = (uint8_t)faults_of(job, t);
+    const Mesh *m = job->mesh;
+    for (int t = begin; t < end; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        job->f->tri[t] = (uint8_t)faults_of(job, t);
+        iso_mark_cells(job->iso, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]], job->hit);
+    }
 }
 
 /* --- coverage -------------------------------------------------------------------------------------------------------- */
@@ -56,9 +64,16 @@ static bool any_beside(const IsoSurface *iso, int cell, int reach, const uint8_t
     return false;
 }
 
+static void cell_block(void *ctx, int begin, int end)
+{
+    Job *job = ctx;
+    for (int c = begin; c < end; c++) job->f->cell[c] = !job->hit[c] && !any_beside(job->iso, c, 1, job->hit);
+}
+
 /* Clusters of uncovered cells too small for a limb are forgiven. Returns the cells of the others. */
 static int keep_limbs(const IsoSurface *iso, uint8_t *uncovered)
 {
+    if (!memchr(uncovered, 1, (size_t)iso->ncell)) return 0;
     int32_t *stack = NEW(int32_t, iso->ncell);
     uint8_t *seen = NEW0(uint8_t, iso->ncell);
     int kept = 0;
@@ -85,15 +100,6 @@ static int keep_limbs(const IsoSurface *iso, uint8_t *uncovered)
     return kept;
 }
 
-static void find_uncovered(const IsoSurface *iso, const Mesh *m, Faults *f)
-{
-    uint8_t *hit = NEW0(uint8_t, iso->ncell);
-    for (int t = 0; t < m->ntri; t++) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
-    for (int c = 0; c < iso->ncell; c++) f->cell[c] = !hit[c] && !any_beside(iso, c, 1, hit);
-    f->uncovered = keep_limbs(iso, f->cell);
-    mem_free(hit);
-}
-
 /* Triangles near a limb that has none are where it must be sewn on. */
 static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
 {
@@ -117,11 +123,13 @@ static void find_crossings(const Mesh *m, Crossings *c, Faults *f)
 
 void faults_find(const IsoSurface *iso, const Mesh *mesh, Crossings *crossings, Faults *f)
 {
-    *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW0(uint8_t, iso->ncell)};
-    Job job = {iso, mesh, f};
+    *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW(uint8_t, iso->ncell)};
+    Job job = {iso, mesh, f, NEW0(uint8_t, iso->ncell)};
     parallel_for(mesh->nvert, GRAIN, vertex_block, &job);
     parallel_for(mesh->ntri, GRAIN, triangle_block, &job);
-    find_uncovered(iso, mesh, f);
+    parallel_for(iso->ncell, GRAIN, cell_block, &job);
+    mem_free(job.hit);
+    f->uncovered = keep_limbs(iso, f->cell);
     drop_beside(iso, mesh, f);
     if (crossings) find_crossings(mesh, crossings, f);
     for (int v = 0; v < mesh->nvert; v++) f->strays += f->comp[v] == NONE;

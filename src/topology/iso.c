@@ -343,7 +343,7 @@ void iso_mark_cells(const IsoSurface *iso, Vec3 a, Vec3 b, Vec3 c, uint8_t *hit)
     for (int i = 0; i <= n; i++)
         for (int j = 0; j <= n - i; j++) {
             int cell = cell_of_index(iso, v_axpy(v_axpy(p, i, u), j, w));
-            if (cell != NONE) hit[cell] = 1;
+            if (cell != NONE) __atomic_store_n(&hit[cell], 1, __ATOMIC_RELAXED);
         }
 }
 

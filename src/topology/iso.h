@@ -43,7 +43,8 @@ int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz);
 int iso_cell_at(const IsoSurface *iso, Vec3 p);
 int iso_cell_near(const IsoSurface *iso, Vec3 p);
 
-/* Sets hit[ncell] for the crossed cells that a triangle passes through, sampled at most about a voxel apart. */
+/* Sets hit[ncell] for the crossed cells that a triangle passes through, sampled at most about a voxel apart. Threads may
+ * share `hit`. */
 void iso_mark_cells(const IsoSurface *iso, Vec3 a, Vec3 b, Vec3 c, uint8_t *hit);
 
 /* For Homes: whether p lies on component `home` (ctx is the IsoSurface). */
