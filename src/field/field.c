@@ -1,6 +1,7 @@
 /* field.c: building the bricks, and reading single values from them. */
 #include "field/field_priv.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,7 +16,10 @@ typedef struct Builder {
     Map seen;              /* bricks looked at, by origin >> 3 */
     int ncand, capcand;
     int (*cand)[3];        /* their origins */
+    uint8_t *kind;         /* [grid->nblock] what the grid's blocks hold */
 } Builder;
+
+enum { BLOCK_OUTSIDE, BLOCK_INSIDE, BLOCK_MIXED, BLOCK_NONE };
 
 /* The isovalue is a float32 too. */
 static bool is_inside(const Field *f, float v) { return f->sign > 0 ? v > (float)f->iso : v < (float)f->iso; }
@@ -39,6 +43,25 @@ static double overlap(const Field *f, const int lo[3], int side)
 
 static void reach_out(double *far, const Field *f, float v) { *far = real_max(*far, fabs((double)v - f->iso)); }
 
+/* The least and the greatest of a block's values; false where one is no finite number. Eight at a time, as registers hold them. */
+static bool find_range(const float *v, float *least, float *most)
+{
+    float lo[8], hi[8];
+    int strange = 0;
+    memcpy(lo, v, sizeof lo);
+    memcpy(hi, v, sizeof hi);
+    for (int c = 0; c < GRID_CELLS; c += 8)
+        for (int k = 0; k < 8; k++) {
+            float x = v[c + k];
+            lo[k] = x < lo[k] ? x : lo[k];
+            hi[k] = x > hi[k] ? x : hi[k];
+            strange |= !(fabsf(x) <= FLT_MAX);
+        }
+    *least = lo[0], *most = hi[0];
+    for (int k = 1; k < 8; k++) *least = lo[k] < *least ? lo[k] : *least, *most = hi[k] > *most ? hi[k] : *most;
+    return !strange;
+}
+
 /* Refuses what is no number; far becomes the largest |F| within the bounding box. */
 static bool survey(Field *f, const Grid *g, Err *err)
 {
@@ -47,7 +70,14 @@ static bool survey(Field *f, const Grid *g, Err *err)
     for (int b = 0; b < g->nblock; b++) {
         const int *o = g->origin[b];
         const float *v = g->value + (size_t)b * GRID_CELLS;
-        covered += overlap(f, o, GRID_SIDE);
+        float least, most;
+        double n = overlap(f, o, GRID_SIDE);
+        covered += n;
+        if (n == GRID_CELLS && find_range(v, &least, &most)) {
+            reach_out(&far, f, least);
+            reach_out(&far, f, most);
+            continue;
+        }
         for (int c = 0; c < GRID_CELLS; c++) {
             int x = o[0] + (c & 7), y = o[1] + (c >> 3 & 7), z = o[2] + (c >> 6);
             if (!in_box(f, x, y, z)) continue;
@@ -119,16 +149,21 @@ static bool clip(const Field *f, const int at[3], int side, int lo[3], int hi[3]
     return true;
 }
 
+static uint8_t kind_of_block(const Field *f, const float *v)
+{
+    int inside = 0;
+    for (int c = 0; c < GRID_CELLS; c++) inside += is_inside(f, v[c]);
+    return inside == 0 ? BLOCK_OUTSIDE : inside == GRID_CELLS ? BLOCK_INSIDE : BLOCK_MIXED;
+}
+
 static bool find_candidates(Builder *b, Err *err)
 {
     const Field *f = b->f;
     const Grid *g = b->grid;
     int lo[3], hi[3];
     for (int k = 0; k < g->nblock; k++) {
-        const float *v = g->value + (size_t)k * GRID_CELLS;
-        int c = 0;
-        while (c < GRID_CELLS && !is_inside(f, v[c])) c++;
-        if (c < GRID_CELLS) add_below(b, g->origin[k][0], g->origin[k][1], g->origin[k][2]);
+        b->kind[k] = kind_of_block(f, g->value + (size_t)k * GRID_CELLS);
+        if (b->kind[k] != BLOCK_OUTSIDE) add_below(b, g->origin[k][0], g->origin[k][1], g->origin[k][2]);
     }
     for (int t = 0; t < g->ntile; t++)
         if (is_inside(f, g->tile[t].value[0]) && clip(f, g->tile[t].lo, 1 << g->tile[t].log2side, lo, hi) && !add_shell(b, lo, hi, err)) return false;
@@ -209,6 +244,26 @@ static bool brick_is_crossed(const Field *f, const float *v)
     return inside > 0 && inside < 9 * 9 * 9;
 }
 
+static int kind_at(const Builder *b, int x, int y, int z)
+{
+    const float *v = grid_block(b->grid, x, y, z);
+    return v ? b->kind[(v - b->grid->value) / GRID_CELLS] : BLOCK_NONE;
+}
+
+/* Most bricks show what they are by the kinds of the blocks they begin in: their own, and seven that give a layer each. */
+static bool candidate_is_crossed(const Builder *b, const int o[3])
+{
+    float v[BRICK_SAMPLES];
+    if (in_box(b->f, o[0], o[1], o[2]) && in_box(b->f, o[0] + 8, o[1] + 8, o[2] + 8)) {
+        int kind = kind_at(b, o[0], o[1], o[2]), n = 1;
+        if (kind == BLOCK_MIXED) return true;
+        while (kind != BLOCK_NONE && n < 8 && kind_at(b, o[0] + 8 * (n & 1), o[1] + 8 * (n >> 1 & 1), o[2] + 8 * (n >> 2)) == kind) n++;
+        if (n == 8) return false;
+    }
+    gather_brick(b->f, b->grid, o, v);
+    return brick_is_crossed(b->f, v);
+}
+
 static int compare_origin(const void *pa, const void *pb)
 {
     const int *a = pa, *b = pb;
@@ -225,14 +280,11 @@ static bool is_out_of_proportion(const Builder *b)
 
 static bool keep_crossed(Builder *b, Err *err)
 {
-    Field *f = b->f;
     if (is_out_of_proportion(b))
         return fail(err, ERR_INPUT, "constant tiles of the grid are so large that only a damaged file has them; write it again, or resample it");
     int n = 0;
-    float v[BRICK_SAMPLES];
     for (int c = 0; c < b->ncand; c++) {
-        gather_brick(f, b->grid, b->cand[c], v);
-        if (!brick_is_crossed(f, v)) continue;
+        if (!candidate_is_crossed(b, b->cand[c])) continue;
         memmove(b->cand[n++], b->cand[c], sizeof b->cand[0]);
     }
     if (n > FIELD_BRICKS_MAX) return too_many_bricks(err);
@@ -306,11 +358,12 @@ bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
     f->voxel = cbrt(fabs(det));
     f->mirrored = det < 0;
     if (grid_is_empty(grid)) return true;
-    Builder b = {.f = f, .grid = grid};
+    Builder b = {.f = f, .grid = grid, .kind = NEW(uint8_t, grid->nblock)};
     map_init(&b.seen, 4 * grid->nblock);
     bool ok = survey(f, grid, err) && build_bricks(&b, err);
     map_free(&b.seen);
     mem_free(b.cand);
+    mem_free(b.kind);
     if (!ok) field_free(f);
     return ok;
 }

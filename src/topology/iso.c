@@ -224,6 +224,8 @@ static void find_components(IsoSurface *iso)
     }
     mem_free(up);
     iso->edge_comp = number;
+    iso->loop_comp = NEW(int32_t, iso->nloop);
+    for (int l = 0; l < iso->nloop; l++) iso->loop_comp[l] = number[iso->loop_edge[iso->loop_start[l]]];
 }
 
 static void count_euler(IsoSurface *iso)
@@ -291,6 +293,7 @@ void iso_free(IsoSurface *iso)
     mem_free(iso->loop_start);
     mem_free(iso->loop_edge);
     mem_free(iso->loop_mate);
+    mem_free(iso->loop_comp);
     mem_free(iso->loop_plain);
     mem_free(iso->cell_index);
     mem_free(iso->comp_euler);
@@ -300,13 +303,12 @@ void iso_free(IsoSurface *iso)
 
 /* --- places --------------------------------------------------------------------------------------------------- */
 
-int iso_loop_component(const IsoSurface *iso, int loop) { return iso->edge_comp[iso->loop_edge[iso->loop_start[loop]]]; }
-
 static int cell_of_index(const IsoSurface *iso, Vec3 q)
 {
-    double fx = floor(q.x), fy = floor(q.y), fz = floor(q.z), limit = 1 << 20;
-    if (!(fabs(fx) < limit && fabs(fy) < limit && fabs(fz) < limit)) return NONE;
-    int x = (int)fx, y = (int)fy, z = (int)fz, b = field_brick(iso->field, x, y, z);
+    const double limit = 1 << 20;
+    if (!(fabs(q.x) < limit && fabs(q.y) < limit && fabs(q.z) < limit)) return NONE;
+    int x = (int)(q.x + limit) - (1 << 20), y = (int)(q.y + limit) - (1 << 20), z = (int)(q.z + limit) - (1 << 20); /* floor */
+    int b = field_brick(iso->field, x, y, z);
     return b == NONE || b >= iso->field->ncrossed ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 

@@ -19,6 +19,7 @@ typedef struct IsoSurface {
     int32_t *loop_start;   /* [nloop + 1] in loop_edge */
     int32_t *loop_edge;    /* cut edges, counter-clockwise seen from outside the object, in index space */
     int32_t *loop_mate;    /* [nloop] the other loop of a tunnel, or NONE */
+    int32_t *loop_comp;    /* [nloop] component */
     uint8_t *loop_plain;   /* [nloop] the only loop of a cell without ambiguous faces */
     int32_t *cell_index;   /* [field->ncrossed * 512] crossed cell or NONE */
     int ncomp;
@@ -36,7 +37,7 @@ void iso_free(IsoSurface *iso);
  * rounding put beside their cell, in a neighbour's. NONE: no crossed cell there. *sure: no other component is in that cell. */
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure);
 int iso_loop_at(const IsoSurface *iso, Vec3 p); /* that loop, or NONE */
-int iso_loop_component(const IsoSurface *iso, int loop);
+static inline int iso_loop_component(const IsoSurface *iso, int loop) { return iso->loop_comp[loop]; }
 /* The crossed cell (dx, dy, dz) cells away from one that is crossed, or NONE. */
 int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz);
 /* The crossed cell that holds a world point, or NONE. _near: or one that rounding put it beside. */
