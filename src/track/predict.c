@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRAIN = 256, ADVECT_STEPS = 4, BLENDS_MAX = 8 };
+enum { GRAIN = 256, ADVECT_STEPS = 4 /* at most */, BLENDS_MAX = 8 };
 #define BLEND_MOTION_VOX 0.7 /* a blended field is at most about this far from the last */
 #define REACH_EDGES 1.5      /* a landing is at most this far away, in edges wanted */
 
@@ -17,14 +17,21 @@ static Vec3 velocity_at(const Track *tr, Vec3 p, double t)
     return tr->last_velocity ? v_mix(grid_vector(tr->last_velocity, p), b, t) : b;
 }
 
+/* Steps so small that none goes farther than about a voxel. */
+static int steps_for(const Track *tr, Vec3 velocity)
+{
+    return 1 + (int)real_min(v_len(velocity) * tr->span_s / tr->field->voxel, ADVECT_STEPS - 1);
+}
+
 Vec3 track_advect(const Track *tr, Vec3 p)
 {
     if (!tr->velocity) return p;
-    double dt = tr->span_s / ADVECT_STEPS;
-    for (int k = 0; k < ADVECT_STEPS; k++) { /* second-order Runge-Kutta: the midpoint's velocity */
-        double t = (double)k / ADVECT_STEPS, half = t + 0.5 / ADVECT_STEPS;
-        Vec3 mid = v_axpy(p, 0.5 * dt, velocity_at(tr, p, t));
-        p = v_axpy(p, dt, velocity_at(tr, mid, half));
+    Vec3 v = velocity_at(tr, p, 0);
+    const int steps = steps_for(tr, v);
+    const double dt = tr->span_s / steps;
+    for (int k = 0; k < steps; k++) { /* second-order Runge-Kutta: the midpoint's velocity */
+        if (k > 0) v = velocity_at(tr, p, (double)k / steps);
+        p = v_axpy(p, dt, velocity_at(tr, v_axpy(p, 0.5 * dt, v), (k + 0.5) / steps));
     }
     return p;
 }
