@@ -264,6 +264,22 @@ static bool candidate_is_crossed(const Builder *b, const int o[3])
     return brick_is_crossed(b->f, v);
 }
 
+/* What is cut above a crossed brick is a crossed brick's, too, also where blocks lie within tiles, as in no sound grid. */
+static void follow_up(Builder *b)
+{
+    map_clear(&b->seen);
+    for (int c = 0; c < b->ncand; c++) map_put(&b->seen, key_coord(b->cand[c][0] >> 3, b->cand[c][1] >> 3, b->cand[c][2] >> 3), c);
+    for (int c = 0; c < b->ncand && b->ncand <= FIELD_BRICKS_MAX; c++)
+        for (int k = 1; k < 8; k++) {
+            int o[3] = {b->cand[c][0] + 8 * (k & 1), b->cand[c][1] + 8 * (k >> 1 & 1), b->cand[c][2] + 8 * (k >> 2)};
+            int32_t known = b->seen.count;
+            map_put(&b->seen, key_coord(o[0] >> 3, o[1] >> 3, o[2] >> 3), 0);
+            if (b->seen.count == known || !candidate_is_crossed(b, o)) continue;
+            RESERVE(b->cand, b->capcand, b->ncand + 1);
+            memcpy(b->cand[b->ncand++], o, sizeof o);
+        }
+}
+
 static int compare_origin(const void *pa, const void *pb)
 {
     const int *a = pa, *b = pb;
@@ -287,9 +303,10 @@ static bool keep_crossed(Builder *b, Err *err)
         if (!candidate_is_crossed(b, b->cand[c])) continue;
         memmove(b->cand[n++], b->cand[c], sizeof b->cand[0]);
     }
-    if (n > FIELD_BRICKS_MAX) return too_many_bricks(err);
     b->ncand = n;
-    if (n) qsort(b->cand, (size_t)n, sizeof b->cand[0], compare_origin);
+    follow_up(b);
+    if (b->ncand > FIELD_BRICKS_MAX) return too_many_bricks(err);
+    if (b->ncand) qsort(b->cand, (size_t)b->ncand, sizeof b->cand[0], compare_origin);
     return true;
 }
 
