@@ -77,7 +77,7 @@ static bool is_bent(const Pass *p, int e, bool kept)
 }
 
 /* Was edge e marked by last frame's pass of this number, or before? A mark comes back no earlier than it came: passes would differ. */
-static bool is_kept(const Pass *p, int e, int number) { return p->was[e] != NONE && p->was[e] <= number; }
+static bool is_kept(const Pass *p, int e, int number) { return p->was[e] != NONE && p->memory->mark[p->was[e]].pass <= number; }
 
 /* Nothing that its own mark depends on has changed since the pass before; the turns are those of its triangles. */
 static bool is_settled(const Pass *p, int e)

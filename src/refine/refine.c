@@ -9,6 +9,13 @@ static int count_flat(const Pass *p)
     return n;
 }
 
+void refine_note(Refine *memory, RefineMark mark)
+{
+    map_put(&memory->mark_at, key_pair(mark.from, mark.to), memory->nmark);
+    RESERVE(memory->mark, memory->capmark, memory->nmark + 1);
+    memory->mark[memory->nmark++] = mark;
+}
+
 /* Returns whether anything was cut. */
 static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 {
@@ -82,9 +89,8 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     bool off = set->angle_deg >= 180;
     RefineStat stat = {0};
     refined_copy(out, mech);
-    Refine now;
-    map_init(&now.marked, memory->marked.count);
-    map_init(&now.pass, memory->marked.count);
+    Refine now = {0};
+    map_init(&now.mark_at, memory->nmark);
     Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     shape.cos_limit = cos(set->angle_deg * degree);
     shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
@@ -111,12 +117,21 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
 
 void refine_free(Refine *memory)
 {
-    map_free(&memory->marked);
-    map_free(&memory->pass);
+    mem_free(memory->mark);
+    map_free(&memory->mark_at);
+    *memory = (Refine){0};
 }
 
 void refine_store(Refine *memory, Store *s)
 {
-    store_map(s, &memory->marked);
-    store_map(s, &memory->pass);
+    STORE(s, memory->nmark);
+    STORE_ARRAY(s, memory->mark, memory->nmark);
+    if (!s->reading) return;
+    memory->capmark = memory->nmark = s->bad ? 0 : memory->nmark;
+    map_init(&memory->mark_at, memory->nmark);
+    for (int i = 0; i < memory->nmark; i++) {
+        const RefineMark *mark = &memory->mark[i];
+        store_expect(s, mark->id >= 0 && mark->pass >= 0);
+        map_put(&memory->mark_at, key_pair(mark->from, mark->to), i);
+    }
 }
