@@ -9,7 +9,7 @@ enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 #define STEP_MAX_VOX 0.5      /* a Newton step's length: longer ones jump over thin sheets */
 #define CAST_STEP_VOX 0.25
 #define OVERSHOOT 1.05        /* of a Newton step: from a bracket on, no more gradients are wanted */
-#define ROOT_VOX 1e-9         /* how near to its root a point comes, to first order */
+#define ROOT_VOX 1e-6         /* how near to its root a point comes, to first order */
 #define BLEND_ROOT_VOX 0.01   /* the same in a blend, from which points go on */
 
 /* The function followed: a alone, or the blend (1 - t) a + t b. */
