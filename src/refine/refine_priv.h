@@ -40,6 +40,13 @@ typedef struct Pass {
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
 enum { TRI_CHECK = 1, TRI_BAD = 2, TRI_OTHER_DIAGONAL = 4 };
 
+/* The distance from the surface to first order, in voxels. */
+static inline double far_vox(const Field *f, double F, Vec3 grad)
+{
+    double l = v_len(grad);
+    return l > 0 ? fabs(F) / l / f->voxel : 0;
+}
+
 /* --- refine.c ------------------------------------------------------------------------------------------------------- */
 
 void refine_note(Refine *memory, RefineMark mark);
@@ -71,8 +78,6 @@ void pass_free(Pass *p);
 void pass_find_normals(Pass *p);
 /* Marks what the criteria ask for. Returns how many edges. */
 int pass_mark(Pass *p);
-/* The midpoints' first-order distances from the surface where they are not measured yet. */
-void pass_measure(Pass *p);
 
 /* --- hessian.c ------------------------------------------------------------------------------------------------------ */
 
