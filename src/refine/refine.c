@@ -116,6 +116,7 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     pass_find_normals(&shape);
     Pass p = shape, before = {0};
     pass_find_edges(&p);
+    /* of what the last pass leaves, the edges are not wanted */
     while (p.number < set->passes && !off && run_pass(&p, &now, next_id, &stat) && p.number + 1 < set->passes) {
         pass_free(&before);
         before = p;
