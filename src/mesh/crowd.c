@@ -30,10 +30,9 @@ int crowd_count(const Crowd *c, const Facet *f, const Box32 *b, const uint8_t *w
 {
     int count = 0;
     for (int first = 0; first < c->n; first += BOX_ROW) {
-        uint8_t hit[BOX_ROW];
-        boxrow_test(&c->row[first / BOX_ROW], b, hit);
-        for (int k = 0; k < BOX_ROW; k++) {
-            if (!hit[k] || (without && without[c->name[first + k]])) continue;
+        for (unsigned hits = boxrow_test(&c->row[first / BOX_ROW], b); hits;) {
+            int k = bits_next(&hits);
+            if (without && without[c->name[first + k]]) continue;
             count += facets_intersect(f, &c->facet[first + k]);
             if (count >= most) return count;
         }

@@ -53,13 +53,24 @@ static inline void boxrow_set(BoxRow *row, int at, Box32 b)
     for (int k = 0; k < 3; k++) row->lo[k][at] = b.lo[k], row->hi[k][at] = b.hi[k];
 }
 
-static inline void boxrow_test(const BoxRow *row, const Box32 *b, uint8_t hit[BOX_ROW])
+/* Bit i is set where the box meets box i. */
+static inline unsigned boxrow_test(const BoxRow *row, const Box32 *b)
 {
-    int meets[BOX_ROW];
-    for (int i = 0; i < BOX_ROW; i++)
-        meets[i] = (row->lo[0][i] <= b->hi[0]) & (b->lo[0] <= row->hi[0][i]) & (row->lo[1][i] <= b->hi[1]) &
-                   (b->lo[1] <= row->hi[1][i]) & (row->lo[2][i] <= b->hi[2]) & (b->lo[2] <= row->hi[2][i]);
-    for (int i = 0; i < BOX_ROW; i++) hit[i] = (uint8_t)meets[i];
+    static const unsigned BIT[BOX_ROW] = {1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768};
+    unsigned bits = 0;
+    for (int i = 0; i < BOX_ROW; i++) {
+        int meets = (row->lo[0][i] <= b->hi[0]) & (b->lo[0] <= row->hi[0][i]) & (row->lo[1][i] <= b->hi[1]) &
+                    (b->lo[1] <= row->hi[1][i]) & (row->lo[2][i] <= b->hi[2]) & (b->lo[2] <= row->hi[2][i]);
+        bits |= meets ? BIT[i] : 0;
+    }
+    return bits;
+}
+/* Takes the lowest bit out of *bits, which are not 0, and returns its number. */
+static inline int bits_next(unsigned *bits)
+{
+    int i = __builtin_ctz(*bits);
+    *bits &= *bits - 1;
+    return i;
 }
 
 /* Some triangles that others are tested against, one by one. Zero is an empty one. */

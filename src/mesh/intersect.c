@@ -160,21 +160,18 @@ static void pair_add(PairList *list, int a, int b)
 /* Triangle i against those behind it in a leaf. */
 static void test_triangle(const Tree *tree, int i, int leaf, PairList *list)
 {
-    uint8_t hit[LEAF];
-    boxrow_test(&tree->leaf[leaf], &tree->box[i], hit);
-    for (int k = 0; k < LEAF; k++) {
-        int j = leaf * LEAF + k;
-        if (hit[k] && j > i && facets_intersect(&tree->facet[i], &tree->facet[j])) pair_add(list, tree->tri[i], tree->tri[j]);
+    unsigned hits = boxrow_test(&tree->leaf[leaf], &tree->box[i]);
+    while (hits) {
+        int j = leaf * LEAF + bits_next(&hits);
+        if (j > i && facets_intersect(&tree->facet[i], &tree->facet[j])) pair_add(list, tree->tri[i], tree->tri[j]);
     }
 }
 
 /* The triangles of a leaf against those of another behind it, or of its own. */
 static void test_leaves(const Tree *tree, int leaf, int other, PairList *list)
 {
-    uint8_t hit[LEAF];
-    boxrow_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other], hit);
-    for (int k = 0; k < LEAF; k++)
-        if (hit[k]) test_triangle(tree, leaf * LEAF + k, other, list);
+    unsigned hits = boxrow_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other]);
+    while (hits) test_triangle(tree, leaf * LEAF + bits_next(&hits), other, list);
 }
 
 /* The leaves below a node whose boxes meet one, a leaf a call: from stack[depth], which holds the node at first. NONE: no more. */
@@ -215,13 +212,11 @@ static void test_other(const Tree *tree, int t, PairList *list)
     bool made = false;
     int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
     for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
-        uint8_t hit[LEAF];
-        boxrow_test(&tree->leaf[leaf], &box, hit);
-        for (int k = 0; k < LEAF; k++) {
-            if (!hit[k]) continue;
+        for (unsigned hits = boxrow_test(&tree->leaf[leaf], &box); hits;) {
+            int i = leaf * LEAF + bits_next(&hits);
             if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
             made = true;
-            if (facets_intersect(&f, &tree->facet[leaf * LEAF + k])) pair_add(list, t, tree->tri[leaf * LEAF + k]);
+            if (facets_intersect(&f, &tree->facet[i])) pair_add(list, t, tree->tri[i]);
         }
     }
 }
@@ -240,12 +235,8 @@ static bool run_is_near(const Tree *tree, int begin, int end)
         box_grow(&box, &b);
     }
     int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
-        uint8_t hit[LEAF], any = 0;
-        boxrow_test(&tree->leaf[leaf], &box, hit);
-        for (int k = 0; k < LEAF; k++) any |= hit[k];
-        if (any) return true;
-    }
+    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;)
+        if (boxrow_test(&tree->leaf[leaf], &box)) return true;
     return false;
 }
 

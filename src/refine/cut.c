@@ -8,11 +8,10 @@ static int add_midpoints(Pass *p, Refine *now, int32_t *next_id)
     for (int e = 0; e < p->nedge; e++) {
         p->mid[e] = NONE;
         if (!p->marked[e]) continue;
-        uint64_t key = key_of_edge(m, p->ends[e][0], p->ends[e][1]);
-        int32_t id = map_get(&p->memory->marked, key);
-        if (id == NONE) id = *next_id, *next_id += MESH_ID_STEP;
-        map_put(&now->marked, key, id);
-        map_put(&now->pass, key, p->number);
+        int a = m->id[p->ends[e][0]], b = m->id[p->ends[e][1]], id;
+        if (p->was[e] != NONE) id = p->memory->mark[p->was[e]].id;
+        else id = *next_id, *next_id += MESH_ID_STEP;
+        refine_note(now, (RefineMark){int_min(a, b), int_max(a, b), id, p->number});
         p->mid[e] = refined_add_vert(m, p->mid_pos[e], p->mid_normal[e], id, p->ends[e], p->mid_state[e] == MID_FLAT);
     }
     return m->nvert - first;

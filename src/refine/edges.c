@@ -3,28 +3,17 @@
 
 #include "base/thread.h"
 
-/* The edge that e was in the pass before, or NONE: one side knows it, or both. */
-static int find_origin(const Pass *p, int e)
-{
-    int o = NONE;
-    for (int s = 0; p->before && s < 2; s++)
-        for (int h = 3 * p->side[e][s]; h < 3 * p->side[e][s] + 3; h++)
-            if (p->edge_of[h] == e && o == NONE) o = p->before->kept_side[h];
-    return o;
-}
-
 /* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
 static void take_over_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     const Pass *b = p->before;
     for (int e = begin; e < end; e++) {
-        int o = p->from[e] = find_origin(p, e);
-        p->far_vox[e] = -1;
-        p->was[e] = o != NONE ? b->was[o] : map_get(&p->memory->pass, key_of_edge(p->m, p->ends[e][0], p->ends[e][1]));
-        if (o == NONE) continue;
-        p->far_vox[e] = b->far_vox[o];
-        p->mid_state[e] = b->mid_state[o];
+        int o = p->from[e];
+        p->far_vox[e] = o != NONE ? b->far_vox[o] : -1;
+        p->was[e] = o != NONE ? b->was[o] : refine_find(p->memory, p->m->id[p->ends[e][0]], p->m->id[p->ends[e][1]]);
+        p->mid_state[e] = o != NONE ? b->mid_state[o] : MID_NONE;
+        if (p->mid_state[e] == MID_NONE) continue;
         p->mid_pos[e] = b->mid_pos[o];
         p->mid_normal[e] = b->mid_normal[o];
     }
@@ -43,28 +32,30 @@ void pass_find_edges(Pass *p)
     p->edge_of = NEW(int32_t, nhalf);
     p->ends = mem_alloc((size_t)nhalf / 2, sizeof *p->ends);
     p->side = mem_alloc((size_t)nhalf / 2, sizeof *p->side);
+    p->from = NEW(int32_t, nhalf / 2);
     for (int v = 0; v < m->nvert; v++) {
         int first = p->nedge;
         for (int i = start[v]; i < start[v + 1]; i++) {
             int h = bucket[i], a = m->tri[h], b = m->tri[h % 3 == 2 ? h - 2 : h + 1], top = int_max(a, b), e = first;
             while (e < p->nedge && p->ends[e][1] != top) e++;
             p->edge_of[h] = e;
+            int origin = p->before ? p->before->kept_side[h] : NONE; /* one side knows it, or both */
             p->side[e][e < p->nedge] = h / 3;
-            if (e < p->nedge) continue;
-            p->ends[e][0] = v;
-            p->ends[e][1] = top;
-            p->nedge++;
+            if (e == p->nedge) {
+                p->ends[e][0] = v;
+                p->ends[e][1] = top;
+                p->from[p->nedge++] = origin;
+            } else if (origin != NONE) p->from[e] = origin;
         }
     }
     ASSERT(2 * p->nedge == nhalf);
     mem_free(start);
     mem_free(bucket);
-    p->from = NEW(int32_t, p->nedge);
     p->was = NEW(int32_t, p->nedge);
     p->self = NEW0(uint8_t, p->nedge);
     p->far_vox = NEW(double, p->nedge);
     p->marked = NEW0(uint8_t, p->nedge);
-    p->mid_state = NEW0(uint8_t, p->nedge);
+    p->mid_state = NEW(uint8_t, p->nedge);
     p->mid_pos = NEW(Vec3, p->nedge);
     p->mid_normal = NEW(Vec3, p->nedge);
     p->mid = NEW(int32_t, p->nedge);

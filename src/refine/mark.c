@@ -39,7 +39,7 @@ static void centroid_normals(void *ctx, int begin, int end)
 /* The angle between the centroids' normals asks for the others; between the two limits it holds what was marked before. */
 enum { MARK_OTHERS = 1, MARK_OTHERS_KEPT = 2, MARK_KEPT = 4 };
 
-/* The midpoints' distance from the surface, to first order, and against a limit in world units an edge (NULL: none). */
+/* The midpoints' distance from the surface, and against a limit in world units an edge. */
 static void measure_batch(Pass *p, int n, const int *edge, const double *limit)
 {
     Vec3 mid[BATCH], g[BATCH];
@@ -47,26 +47,10 @@ static void measure_batch(Pass *p, int n, const int *edge, const double *limit)
     for (int i = 0; i < n; i++) mid[i] = v_mid(p->m->pos[p->ends[edge[i]][0]], p->m->pos[p->ends[edge[i]][1]]);
     if (n > 0) field_sample(p->field, n, mid, F, g);
     for (int i = 0; i < n; i++) {
-        double l = v_len(g[i]);
-        p->far_vox[edge[i]] = l > 0 ? fabs(F[i]) / l / p->field->voxel : 0;
-        if (limit) p->self[edge[i]] = F[i] * F[i] > limit[i] * limit[i] * v_len2(g[i]);
+        p->far_vox[edge[i]] = far_vox(p->field, F[i], g[i]);
+        p->self[edge[i]] = F[i] * F[i] > limit[i] * limit[i] * v_len2(g[i]);
     }
 }
-
-static void measure_block(void *ctx, int begin, int end)
-{
-    Pass *p = ctx;
-    int n = 0, edge[BATCH];
-    for (int e = begin; e < end; e++) {
-        if (p->far_vox[e] < 0) edge[n++] = e;
-        if (n < BATCH) continue;
-        measure_batch(p, n, edge, NULL);
-        n = 0;
-    }
-    measure_batch(p, n, edge, NULL);
-}
-
-void pass_measure(Pass *p) { parallel_for(p->nedge, GRAIN, measure_block, p); }
 
 /* Does the normal turn by more than alpha_r along edge e? */
 static bool is_bent(const Pass *p, int e, bool kept)
@@ -77,7 +61,7 @@ static bool is_bent(const Pass *p, int e, bool kept)
 }
 
 /* Was edge e marked by last frame's pass of this number, or before? A mark comes back no earlier than it came: passes would differ. */
-static bool is_kept(const Pass *p, int e, int number) { return p->was[e] != NONE && p->was[e] <= number; }
+static bool is_kept(const Pass *p, int e, int number) { return p->was[e] != NONE && p->memory->mark[p->was[e]].pass <= number; }
 
 /* Nothing that its own mark depends on has changed since the pass before; the turns are those of its triangles. */
 static bool is_settled(const Pass *p, int e)

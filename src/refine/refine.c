@@ -9,6 +9,13 @@ static int count_flat(const Pass *p)
     return n;
 }
 
+void refine_note(Refine *memory, RefineMark mark)
+{
+    map_put(&memory->mark_at, key_pair(mark.from, mark.to), memory->nmark);
+    RESERVE(memory->mark, memory->capmark, memory->nmark + 1);
+    memory->mark[memory->nmark++] = mark;
+}
+
 /* Returns whether anything was cut. */
 static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 {
@@ -26,52 +33,69 @@ static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
 /* --- figures ------------------------------------------------------------------------------------------------------------------ */
 
 typedef struct MeasureJob {
-    const Pass *p;
-    double *sum, *max; /* a block */
-    int *inverted;     /* a block */
+    const Pass *p;    /* the last */
+    RefineStat *stat; /* a block; mean_vox: the sum */
 } MeasureJob;
 
-static void sum_edges(void *ctx, int begin, int end)
+/* What the last pass knows of the distance of the edge that half-edge h now is; < 0: nothing. */
+static double known_far(const Pass *p, int h)
 {
-    MeasureJob *job = ctx;
-    double sum = 0, max = 0;
-    for (int e = begin; e < end; e++) {
-        sum += job->p->far_vox[e];
-        max = real_max(max, job->p->far_vox[e]);
-    }
-    job->sum[begin / GRAIN] = sum;
-    job->max[begin / GRAIN] = max;
+    int e = p->kept_side ? p->kept_side[h] : p->edge_of[h];
+    return e != NONE ? p->far_vox[e] : -1;
 }
 
-static void measure_tris(void *ctx, int begin, int end)
+static void add_far(RefineStat *stat, double far)
+{
+    stat->mean_vox += far;
+    stat->max_vox = real_max(stat->max_vox, far);
+}
+
+static void measure_batch(const Field *f, int n, const Vec3 *mid, RefineStat *stat)
+{
+    Vec3 g[BATCH];
+    double F[BATCH];
+    if (n > 0) field_sample(f, n, mid, F, g);
+    for (int i = 0; i < n; i++) add_far(stat, far_vox(f, F[i], g[i]));
+}
+
+/* Each edge where its half-edge goes up. */
+static void measure_block(void *ctx, int begin, int end)
 {
     MeasureJob *job = ctx;
     const RefinedMesh *m = job->p->m;
+    RefineStat stat = {0};
+    Vec3 mid[BATCH];
     int n = 0;
     for (int t = begin; t < end; t++) {
         const int32_t *c = m->tri + 3 * t;
-        n += field_triangle_inverted(job->p->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+        stat.inverted += field_triangle_inverted(job->p->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+        for (int k = 0; k < 3; k++) {
+            int a = c[k], b = c[(k + 1) % 3];
+            if (a > b) continue;
+            double far = known_far(job->p, 3 * t + k);
+            if (far >= 0) add_far(&stat, far);
+            else mid[n++] = v_mid(m->pos[a], m->pos[b]);
+            if (n < BATCH) continue;
+            measure_batch(job->p->field, n, mid, &stat);
+            n = 0;
+        }
     }
-    job->inverted[begin / GRAIN] = n;
+    measure_batch(job->p->field, n, mid, &stat);
+    job->stat[begin / GRAIN] = stat;
 }
 
-static void measure(Pass *p, RefineStat *stat)
+static void measure(const Pass *p, RefineStat *stat)
 {
-    pass_measure(p);
-    int edge_blocks = (p->nedge + GRAIN - 1) / GRAIN, tri_blocks = (p->m->ntri + GRAIN - 1) / GRAIN;
-    MeasureJob job = {p, NEW(double, edge_blocks), NEW(double, edge_blocks), NEW(int, tri_blocks)};
-    parallel_for(p->nedge, GRAIN, sum_edges, &job);
-    parallel_for(p->m->ntri, GRAIN, measure_tris, &job);
-    double sum = 0;
-    for (int b = 0; b < edge_blocks; b++) {
-        sum += job.sum[b];
-        stat->max_vox = real_max(stat->max_vox, job.max[b]);
+    int ntri = p->m->ntri, blocks = (ntri + GRAIN - 1) / GRAIN;
+    MeasureJob job = {p, NEW(RefineStat, blocks)};
+    parallel_for(ntri, GRAIN, measure_block, &job);
+    for (int b = 0; b < blocks; b++) {
+        stat->mean_vox += job.stat[b].mean_vox;
+        stat->max_vox = real_max(stat->max_vox, job.stat[b].max_vox);
+        stat->inverted += job.stat[b].inverted;
     }
-    for (int b = 0; b < tri_blocks; b++) stat->inverted += job.inverted[b];
-    if (p->nedge) stat->mean_vox = sum / p->nedge;
-    mem_free(job.sum);
-    mem_free(job.max);
-    mem_free(job.inverted);
+    if (ntri) stat->mean_vox /= 1.5 * ntri;
+    mem_free(job.stat);
 }
 
 RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
@@ -82,9 +106,8 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     bool off = set->angle_deg >= 180;
     RefineStat stat = {0};
     refined_copy(out, mech);
-    Refine now;
-    map_init(&now.marked, memory->marked.count);
-    map_init(&now.pass, memory->marked.count);
+    Refine now = {0};
+    map_init(&now.mark_at, memory->nmark);
     Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     shape.cos_limit = cos(set->angle_deg * degree);
     shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
@@ -93,11 +116,12 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     pass_find_normals(&shape);
     Pass p = shape, before = {0};
     pass_find_edges(&p);
-    for (int k = 0; k < set->passes && !off && run_pass(&p, &now, next_id, &stat); k++) {
+    /* of what the last pass leaves, the edges are not wanted */
+    while (p.number < set->passes && !off && run_pass(&p, &now, next_id, &stat) && p.number + 1 < set->passes) {
         pass_free(&before);
         before = p;
         p = shape;
-        p.number = k + 1;
+        p.number = before.number + 1;
         p.before = &before;
         pass_find_edges(&p);
     }
@@ -111,12 +135,21 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
 
 void refine_free(Refine *memory)
 {
-    map_free(&memory->marked);
-    map_free(&memory->pass);
+    mem_free(memory->mark);
+    map_free(&memory->mark_at);
+    *memory = (Refine){0};
 }
 
 void refine_store(Refine *memory, Store *s)
 {
-    store_map(s, &memory->marked);
-    store_map(s, &memory->pass);
+    STORE(s, memory->nmark);
+    STORE_ARRAY(s, memory->mark, memory->nmark);
+    if (!s->reading) return;
+    memory->capmark = memory->nmark = s->bad ? 0 : memory->nmark;
+    map_init(&memory->mark_at, memory->nmark);
+    for (int i = 0; i < memory->nmark; i++) {
+        const RefineMark *mark = &memory->mark[i];
+        store_expect(s, mark->id >= 0 && mark->pass >= 0);
+        map_put(&memory->mark_at, key_pair(mark->from, mark->to), i);
+    }
 }

@@ -43,9 +43,17 @@ typedef struct RefinedMesh {
     uint8_t *green;       /* [ntri] 1, 2: the halves of a green triangle, one behind the other; else 0 */
 } RefinedMesh;
 
+/* A marked edge, by the identities of its ends, the lesser first. */
+typedef struct RefineMark {
+    int32_t from, to;
+    int32_t id;           /* the midpoint's */
+    int32_t pass;         /* the one that marked it */
+} RefineMark;
+
 typedef struct Refine {
-    Map marked;           /* last frame's marked edges, by the identities of their ends: the midpoint's identity */
-    Map pass;             /* the same edges: the pass that marked them */
+    int nmark, capmark;
+    RefineMark *mark;     /* [nmark] last frame's */
+    Map mark_at;          /* by the ends: its number */
 } Refine;
 
 typedef struct RefineStat {

@@ -23,7 +23,7 @@ typedef struct Pass {
     int32_t (*side)[2];     /* [nedge] the two triangles */
     int32_t *edge_of;       /* [3*ntri] */
     int32_t *from;          /* [nedge] the edge that it was in the pass before, or NONE */
-    int32_t *was;           /* [nedge] the pass that marked it in the last frame, or NONE */
+    int32_t *was;           /* [nedge] its mark in the last frame, or NONE */
     uint8_t *self;          /* [nedge] by its own normals or midpoint it is to be cut */
     double *far_vox;        /* [nedge] its midpoint's distance from the surface; < 0: not measured */
     uint8_t *marked;        /* [nedge] */
@@ -40,11 +40,18 @@ typedef struct Pass {
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
 enum { TRI_CHECK = 1, TRI_BAD = 2, TRI_OTHER_DIAGONAL = 4 };
 
-/* The same edge in every frame, by the identities of its ends. */
-static inline uint64_t key_of_edge(const RefinedMesh *m, int a, int b)
+/* The distance from the surface to first order, in voxels. */
+static inline double far_vox(const Field *f, double F, Vec3 grad)
 {
-    return key_pair(int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b]));
+    double l = v_len(grad);
+    return l > 0 ? fabs(F) / l / f->voxel : 0;
 }
+
+/* --- refine.c ------------------------------------------------------------------------------------------------------- */
+
+void refine_note(Refine *memory, RefineMark mark);
+/* The number of an edge's mark by the identities of its ends, or NONE. */
+static inline int refine_find(const Refine *memory, int a, int b) { return map_get(&memory->mark_at, key_pair(int_min(a, b), int_max(a, b))); }
 
 /* --- refined.c ------------------------------------------------------------------------------------------------------ */
 
@@ -71,8 +78,6 @@ void pass_free(Pass *p);
 void pass_find_normals(Pass *p);
 /* Marks what the criteria ask for. Returns how many edges. */
 int pass_mark(Pass *p);
-/* The midpoints' first-order distances from the surface where they are not measured yet. */
-void pass_measure(Pass *p);
 
 /* --- hessian.c ------------------------------------------------------------------------------------------------------ */
 

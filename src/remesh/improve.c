@@ -1,7 +1,10 @@
-/* improve.c: poor triangles made better by moving their corners alone: connectivity is worth keeping. */
+/* improve.c: poor triangles made better by moving their corners alone: connectivity is worth keeping.
+ * One after the other; but where a corner would go is found for all at once, and again only where a neighbour has moved since. */
 #include "remesh/remesh_priv.h"
 
-enum { PASSES = 3, TRIES = 3 };
+#include "base/thread.h"
+
+enum { PASSES = 3, TRIES = 3, GRAIN = 128 };
 #define POOR 0.87     /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
 #define GAIN 0.005
 #define REACH 0.3     /* a landing is at most this far from its target, in edges wanted */
@@ -58,10 +61,10 @@ static Vec3 find_target(const Remesh *r, int v)
     return weight > 0 ? v_scale(sum, 1 / weight) : m->pos[v];
 }
 
-static bool improve_vertex(Remesh *r, int v)
+/* A better place for vertex v, and the normal there. */
+static bool find_place(const Remesh *r, int v, Vec3 *place, Vec3 *normal)
 {
-    Mesh *m = r->mesh;
-    Vec3 was = m->pos[v];
+    Vec3 was = r->mesh->pos[v];
     Fitness before = ring_fitness(r, v, was, r->normal[v]);
     Vec3 target = find_target(r, v);
     for (int k = 0; k < TRIES; k++) {
@@ -73,35 +76,65 @@ static bool improve_vertex(Remesh *r, int v)
         if (after.quality < before.quality + GAIN || after.facing < real_min(LIMITS_EDIT.facing, before.facing)) continue;
         double far = ring_deviation(r, v, p);
         if (far > LIMITS_EDIT.deviation_vox && far > ring_deviation(r, v, was)) continue;
-        m->pos[v] = p;
-        r->normal[v] = n;
+        *place = p;
+        *normal = n;
         return true;
     }
     return false;
 }
 
-static void wake_ring(const Mesh *m, int v, uint8_t *settled)
+/* What is known of a vertex: it is to be looked at; it may stay, as long as nothing around it moves; it has a better place. */
+enum { LOOK, STAYS, MOVES };
+
+typedef struct ImproveJob {
+    Remesh *r;
+    const uint8_t *held;
+    uint8_t *state;       /* [nvert] */
+    Vec3 *place, *normal; /* [nvert] of those that move */
+} ImproveJob;
+
+static void look_at(ImproveJob *job, int v)
 {
+    const Remesh *r = job->r;
+    if (vert_is_dead(r->mesh, v) || (job->held && job->held[v]) || !remesh_in_zone(r, v)) return;
+    bool better = is_poor(r, v, r->mesh->pos[v], POOR) && find_place(r, v, &job->place[v], &job->normal[v]);
+    job->state[v] = better ? MOVES : STAYS;
+}
+
+static void look_block(void *ctx, int begin, int end)
+{
+    ImproveJob *job = ctx;
+    for (int v = begin; v < end; v++)
+        if (job->state[v] == LOOK) look_at(job, v);
+}
+
+static void move_vertex(ImproveJob *job, int v)
+{
+    Mesh *m = job->r->mesh;
     int h = m->out[v];
-    settled[v] = 0;
-    do settled[he_to(m, h)] = 0;
+    m->pos[v] = job->place[v];
+    job->r->normal[v] = job->normal[v];
+    job->state[v] = LOOK;
+    do job->state[he_to(m, h)] = LOOK;
     while ((h = he_around(m, h)) != m->out[v]);
 }
 
 void remesh_improve(Remesh *r, const uint8_t *held)
 {
-    const Mesh *m = r->mesh;
-    uint8_t *settled = NEW0(uint8_t, m->nvert); /* nothing around the vertex has moved since it was last looked at */
-    int moved = 1;
+    int n = r->mesh->nvert;
+    bool moved = true;
+    ImproveJob job = {r, held, NEW0(uint8_t, n), NEW(Vec3, n), NEW(Vec3, n)};
     for (int k = 0; k < PASSES && moved; k++) {
-        moved = 0;
-        for (int v = 0; v < m->nvert; v++) {
-            if (settled[v] || vert_is_dead(m, v) || (held && held[v]) || !remesh_in_zone(r, v)) continue;
-            settled[v] = 1;
-            if (!is_poor(r, v, m->pos[v], POOR) || !improve_vertex(r, v)) continue;
-            wake_ring(m, v, settled);
-            moved++;
+        moved = false;
+        parallel_for(n, GRAIN, look_block, &job);
+        for (int v = 0; v < n; v++) {
+            if (job.state[v] == LOOK) look_at(&job, v);
+            if (job.state[v] != MOVES) continue;
+            move_vertex(&job, v);
+            moved = true;
         }
     }
-    mem_free(settled);
+    mem_free(job.state);
+    mem_free(job.place);
+    mem_free(job.normal);
 }
