@@ -196,6 +196,24 @@ static void inside_tiles_at_the_border_make_bricks(void **state)
     field_free(&f);
 }
 
+/* As in no sound grid: of the brick at 48, 40, 40, deep in a tile, only the block beside it is outside. */
+static void bricks_above_crossed_ones_are_known_as_crossed(void **state)
+{
+    (void)state;
+    Grid g;
+    grid_init(&g, 1);
+    g.background[0] = -1;
+    grid_add_tile(&g, (GridTile){{0, 0, 0}, 7, {1, 0, 0}});
+    float *mixed = grid_add_block(&g, 40, 40, 40);
+    for (int c = 0; c < GRID_CELLS; c++) mixed[c] = c ? -1 : 1;
+    float *outside = grid_add_block(&g, 48, 48, 40);
+    for (int c = 0; c < GRID_CELLS; c++) outside[c] = -1;
+    for (int a = 0; a < 3; a++) g.lo[a] = 0, g.hi[a] = 127;
+    Field f = field_from(g);
+    assert_in_range(field_brick(&f, 48, 40, 40), 0, f.ncrossed - 1);
+    field_free(&f);
+}
+
 static void inside_background_closes_at_the_box(void **state)
 {
     (void)state;
@@ -420,6 +438,7 @@ int main(void)
         cmocka_unit_test(cost_is_of_the_surface_not_of_the_extent),
         cmocka_unit_test(bricks_are_in_order_and_found),
         cmocka_unit_test(gradients_are_of_the_world),
+        cmocka_unit_test(bricks_above_crossed_ones_are_known_as_crossed),
         cmocka_unit_test(triangles_against_the_gradient_are_inverted),
         cmocka_unit_test(normals_of_a_thin_sheet_point_out),
     };
