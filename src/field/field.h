@@ -57,6 +57,16 @@ static inline int field_brick(const Field *f, int x, int y, int z)
     if ((unsigned)i >= (unsigned)f->room_n[0] || (unsigned)j >= (unsigned)f->room_n[1] || (unsigned)k >= (unsigned)f->room_n[2]) return NONE;
     return f->room[(k * f->room_n[1] + j) * f->room_n[0] + i];
 }
+/* The same of an index-space point, whose cell's first sample is put in at; NONE too beyond what samples reach. */
+static inline int field_brick_of(const Field *f, Vec3 q, int at[3])
+{
+    enum { LIMIT = 1 << 20 };
+    if (!(fabs(q.x) < LIMIT && fabs(q.y) < LIMIT && fabs(q.z) < LIMIT)) return NONE;
+    at[0] = (int)(q.x + LIMIT) - LIMIT; /* floor, of what is positive then */
+    at[1] = (int)(q.y + LIMIT) - LIMIT;
+    at[2] = (int)(q.z + LIMIT) - LIMIT;
+    return field_brick(f, at[0], at[1], at[2]);
+}
 /* The eight corner values of F of the cell at sample (x, y, z) of brick b; corner c at (c&1, c>>1&1, c>>2). */
 void field_cell(const Field *f, int b, int x, int y, int z, double F[8]);
 

@@ -12,15 +12,12 @@ typedef struct Spot {
 static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
 {
     Vec3 q = affine_to_index(&f->xform, p);
-    const double limit = 1 << 20;
-    if (!(fabs(q.x) < limit && fabs(q.y) < limit && fabs(q.z) < limit)) return false;
-    int x = (int)(q.x + limit) - (1 << 20), y = (int)(q.y + limit) - (1 << 20), z = (int)(q.z + limit) - (1 << 20); /* floor */
-    int b = field_brick(f, x, y, z);
+    int at[3], b = field_brick_of(f, q, at);
     if (b == NONE) return false;
-    s->v = f->value + (size_t)b * BRICK_SAMPLES + ((x & 7) + 1) + BRICK_SPAN * (((y & 7) + 1) + BRICK_SPAN * ((z & 7) + 1));
-    s->x = q.x - x;
-    s->y = q.y - y;
-    s->z = q.z - z;
+    s->v = f->value + (size_t)b * BRICK_SAMPLES + ((at[0] & 7) + 1) + BRICK_SPAN * (((at[1] & 7) + 1) + BRICK_SPAN * ((at[2] & 7) + 1));
+    s->x = q.x - at[0];
+    s->y = q.y - at[1];
+    s->z = q.z - at[2];
     return true;
 }
 

@@ -305,11 +305,8 @@ void iso_free(IsoSurface *iso)
 
 static int cell_of_index(const IsoSurface *iso, Vec3 q)
 {
-    const double limit = 1 << 20;
-    if (!(fabs(q.x) < limit && fabs(q.y) < limit && fabs(q.z) < limit)) return NONE;
-    int x = (int)(q.x + limit) - (1 << 20), y = (int)(q.y + limit) - (1 << 20), z = (int)(q.z + limit) - (1 << 20); /* floor */
-    int b = field_brick(iso->field, x, y, z);
-    return b == NONE || b >= iso->field->ncrossed ? NONE : iso->cell_index[b * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
+    int at[3], b = field_brick_of(iso->field, q, at);
+    return b == NONE || b >= iso->field->ncrossed ? NONE : iso->cell_index[b * LOCAL + ((at[2] & 7) * 8 + (at[1] & 7)) * 8 + (at[0] & 7)];
 }
 
 int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)

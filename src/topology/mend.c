@@ -226,17 +226,6 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     map_free(&edges);
 }
 
-static Mesh copy_mesh(const Mesh *m)
-{
-    Mesh c;
-    mesh_init(&c);
-    mesh_append(&c, m->nvert, m->pos, m->id, m->ntri, m->corner);
-    memcpy(c.length, m->length, 3 * (size_t)m->ntri * sizeof *c.length);
-    memcpy(c.flag, m->flag, 3 * (size_t)m->ntri * sizeof *c.flag);
-    c.next_id = m->next_id;
-    return c;
-}
-
 /* Splits what n pairs of triangles that run through one another hold. False: it is all too small. */
 static bool split_pairs(const IsoSurface *iso, Mesh *m, int n, const TriPair *pair)
 {
@@ -273,7 +262,8 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge, Crossings
 {
     int n = crossings_find(c, m);
     for (int k = 0; k < SPLITS_MAX && n > 0; k++) {
-        Mesh trial = copy_mesh(m);
+        Mesh trial = {0};
+        mesh_copy(&trial, m);
         bool split = split_pairs(iso, &trial, n, c->pair);
         int left = split ? untangle(iso, &trial, edge, c) : n;
         if (left < n) {

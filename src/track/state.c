@@ -41,7 +41,7 @@ void track_store(Track *tr, Store *s)
     tr->moved = NEW0(uint8_t, tr->capcolumn);
     store_expect(s, tr->edge >= 0 && isfinite(tr->edge) && tr->rest_ratio > 0 && isfinite(tr->rest_ratio));
     store_expect(s, !tr->set.rest || tr->rest.nvert == tr->mesh.nvert);
-    store_expect(s, tr->next_midpoint > 0);
+    store_expect(s, tr->next_midpoint > 0 && tr->next_midpoint % MESH_ID_STEP == 1);
     tr->compared = begun;
     if (!s->bad && begun) bodies_take(&tr->bodies, &tr->mesh);
 }
