@@ -13,10 +13,7 @@ static void batch_normals(Pass *p, int n, const int *tri)
 {
     const RefinedMesh *m = p->m;
     Vec3 at[BATCH], normal[BATCH];
-    for (int i = 0; i < n; i++) {
-        const int32_t *c = m->tri + 3 * tri[i];
-        at[i] = v_scale(v_add(v_add(m->pos[c[0]], m->pos[c[1]]), m->pos[c[2]]), 1.0 / 3);
-    }
+    for (int i = 0; i < n; i++) at[i] = refined_centroid(m, tri[i]);
     if (n > 0) field_normals(p->field, n, at, normal);
     for (int i = 0; i < n; i++) p->tri_normal[tri[i]] = normal[i];
 }

@@ -1,7 +1,5 @@
 #include "refine/refine_priv.h"
 
-#include "base/thread.h"
-
 static int count_flat(const Pass *p)
 {
     int n = 0;
@@ -17,7 +15,7 @@ void refine_note(Refine *memory, RefineMark mark)
 }
 
 /* Returns whether anything was cut. */
-static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
+static bool run_pass(Pass *p, Refine *now, int32_t *next_id, int *lost)
 {
     int wanted = pass_mark(p);
     if (wanted == 0) return false;
@@ -26,85 +24,17 @@ static bool run_pass(Pass *p, Refine *now, int32_t *next_id, RefineStat *stat)
     if (p->set->scheme == REFINE_SCHEME_RED_GREEN) pass_close(p);
     pass_withdraw(p);
     int added = pass_cut(p, now, next_id);
-    stat->lost += p->set->scheme == REFINE_SCHEME_RED_GREEN ? wanted - landed + count_flat(p) : wanted - added;
+    *lost += p->set->scheme == REFINE_SCHEME_RED_GREEN ? wanted - landed + count_flat(p) : wanted - added;
     return added > 0;
 }
 
-/* --- figures ------------------------------------------------------------------------------------------------------------------ */
-
-typedef struct MeasureJob {
-    const Pass *p;    /* the last */
-    RefineStat *stat; /* a block; mean_vox: the sum */
-} MeasureJob;
-
-/* What the last pass knows of the distance of the edge that half-edge h now is; < 0: nothing. */
-static double known_far(const Pass *p, int h)
-{
-    int e = p->kept_side ? p->kept_side[h] : p->edge_of[h];
-    return e != NONE ? p->far_vox[e] : -1;
-}
-
-static void add_far(RefineStat *stat, double far)
-{
-    stat->mean_vox += far;
-    stat->max_vox = real_max(stat->max_vox, far);
-}
-
-static void measure_batch(const Field *f, int n, const Vec3 *mid, RefineStat *stat)
-{
-    Vec3 g[BATCH];
-    double F[BATCH];
-    if (n > 0) field_sample(f, n, mid, F, g);
-    for (int i = 0; i < n; i++) add_far(stat, far_vox(f, F[i], g[i]));
-}
-
-/* Each edge where its half-edge goes up. */
-static void measure_block(void *ctx, int begin, int end)
-{
-    MeasureJob *job = ctx;
-    const RefinedMesh *m = job->p->m;
-    RefineStat stat = {0};
-    Vec3 mid[BATCH];
-    int n = 0;
-    for (int t = begin; t < end; t++) {
-        const int32_t *c = m->tri + 3 * t;
-        stat.inverted += field_triangle_inverted(job->p->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
-        for (int k = 0; k < 3; k++) {
-            int a = c[k], b = c[(k + 1) % 3];
-            if (a > b) continue;
-            double far = known_far(job->p, 3 * t + k);
-            if (far >= 0) add_far(&stat, far);
-            else mid[n++] = v_mid(m->pos[a], m->pos[b]);
-            if (n < BATCH) continue;
-            measure_batch(job->p->field, n, mid, &stat);
-            n = 0;
-        }
-    }
-    measure_batch(job->p->field, n, mid, &stat);
-    job->stat[begin / GRAIN] = stat;
-}
-
-static void measure(const Pass *p, RefineStat *stat)
-{
-    int ntri = p->m->ntri, blocks = (ntri + GRAIN - 1) / GRAIN;
-    MeasureJob job = {p, NEW(RefineStat, blocks)};
-    parallel_for(ntri, GRAIN, measure_block, &job);
-    for (int b = 0; b < blocks; b++) {
-        stat->mean_vox += job.stat[b].mean_vox;
-        stat->max_vox = real_max(stat->max_vox, job.stat[b].max_vox);
-        stat->inverted += job.stat[b].inverted;
-    }
-    if (ntri) stat->mean_vox /= 1.5 * ntri;
-    mem_free(job.stat);
-}
-
-RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
-                        const Homes *homes, int32_t *next_id, RefinedMesh *out)
+int refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
+                 const Homes *homes, int32_t *next_id, RefinedMesh *out)
 {
     ASSERT(mech->deadvert == 0 && mech->deadtri == 0);
     const double degree = 0.017453292519943295;
     bool off = set->angle_deg >= 180;
-    RefineStat stat = {0};
+    int lost = 0;
     refined_copy(out, mech);
     Refine now = {0};
     map_init(&now.mark_at, memory->nmark);
@@ -117,7 +47,7 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
     Pass p = shape, before = {0};
     pass_find_edges(&p);
     /* of what the last pass leaves, the edges are not wanted */
-    while (p.number < set->passes && !off && run_pass(&p, &now, next_id, &stat) && p.number + 1 < set->passes) {
+    while (p.number < set->passes && !off && run_pass(&p, &now, next_id, &lost) && p.number + 1 < set->passes) {
         pass_free(&before);
         before = p;
         p = shape;
@@ -125,12 +55,11 @@ RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, co
         p.before = &before;
         pass_find_edges(&p);
     }
-    measure(&p, &stat);
     pass_free(&p);
     pass_free(&before);
     refine_free(memory);
     *memory = now;
-    return stat;
+    return lost;
 }
 
 void refine_free(Refine *memory)

@@ -56,20 +56,26 @@ typedef struct Refine {
     Map mark_at;          /* by the ends: its number */
 } Refine;
 
-typedef struct RefineStat {
-    int lost;             /* marks taken back, or red-green laid flat: midpoints that found no surface, or would have harmed a triangle */
-    double mean_vox, max_vox; /* distance of the finished edges' midpoints from the surface, by |F| / |grad F| */
-    int inverted;         /* triangles left inverted */
-} RefineStat;
-
 /* `mech` must be compact. homes->of: the mechanical vertices' components; a midpoint lands on its ends' or not at all. NULL: anywhere. Fresh identities are taken from *next_id,
- * which goes up by MESH_ID_STEP: what it starts from keeps them apart from the mechanical ones. `out` must be zero or from an earlier call: its columns are reused. */
-RefineStat refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
-                        const Homes *homes, int32_t *next_id, RefinedMesh *out);
-/* Midpoints of triangles that run through one another go back to the middle of their edges, where they change nothing, and
- * those of mechanical triangles of which that would turn pieces over: what is left then runs through one another in the
- * mechanical mesh too, of which `mech` knows the pairs. Returns how many pairs are left; *flattened: midpoints. */
-int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, int *flattened);
+ * which goes up by MESH_ID_STEP: what it starts from keeps them apart from the mechanical ones. `out` must be zero or from an earlier call: its columns are reused.
+ * Returns how many marks were taken back, or red-green laid flat: midpoints that found no surface, or would have harmed a triangle. */
+int refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
+                 const Homes *homes, int32_t *next_id, RefinedMesh *out);
+/* Beyond the papers: moves vertices off the surface along their normals, by at most 0.04 voxel, until the triangles' mean distance
+ * from it is about 0: with their corners on it they lie on the hollow side of all that is curved. Only where all triangles of a
+ * vertex do, and the surface is found back below it. Returns [nvert] where the vertices were; the caller frees it. */
+Vec3 *refine_balance(RefinedMesh *m, const Field *field);
+/* Of triangles that run through one another the vertices go back to where they landed; if that is not enough, midpoints to the middle
+ * of their edges, where they change nothing, and those of mechanical triangles of which that would turn pieces over: what is left then
+ * runs through one another in the mechanical mesh too, of which `mech` knows the pairs. landed[nvert]: from refine_balance; NULL: where they are.
+ * Returns how many pairs are left; *flattened: midpoints in the middle of their edges. */
+int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, const Crossings *mech, int *flattened);
+
+typedef struct RefineFigures {
+    double mean_vox, max_vox; /* distance of the triangles' centroids from the surface, by |F| / |grad F| */
+    int inverted;             /* triangles */
+} RefineFigures;
+RefineFigures refine_measure(const RefinedMesh *m, const Field *field);
 void refine_free(Refine *memory);
 /* Kept between two runs: into the store, or out of it into one that is zero. */
 void refine_store(Refine *memory, Store *s);

@@ -40,6 +40,12 @@ typedef struct Pass {
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
 enum { TRI_CHECK = 1, TRI_BAD = 2, TRI_OTHER_DIAGONAL = 4 };
 
+static inline Vec3 refined_centroid(const RefinedMesh *m, int t)
+{
+    const int32_t *c = m->tri + 3 * t;
+    return v_scale(v_add(v_add(m->pos[c[0]], m->pos[c[1]]), m->pos[c[2]]), 1.0 / 3);
+}
+
 /* The distance from the surface to first order, in voxels. */
 static inline double far_vox(const Field *f, double F, Vec3 grad)
 {

@@ -8,43 +8,48 @@
 enum { ROUNDS_MAX = 12 };
 #define HAIR 0.01 /* of the way to where it landed */
 
-/* Back to the middle of its edge, which adds nothing to what the coarser triangle was. Ends come before their midpoints, so
- * that one sweep in order settles all. */
-static void flatten(RefinedMesh *m, const uint8_t *flat, uint8_t *moved)
+/* How far down a vertex was brought: not at all, from where it was lifted to where it landed, and a midpoint from there to the middle
+ * of its edge, which adds nothing to what the coarser triangle was. */
+enum { STAYS, LANDS, LIES_FLAT };
+
+/* Ends come before their midpoints, so that one sweep in order settles all. */
+static void bring_down(RefinedMesh *m, const Vec3 *landed, const uint8_t *down, uint8_t *moved)
 {
     for (int v = 0; v < m->nvert; v++) {
-        int a = m->ends[v][0], b = m->ends[v][1];
-        if (a == NONE || !flat[v]) continue;
-        Vec3 p = v_round32(v_mid(m->pos[a], m->pos[b]));
+        if (down[v] == STAYS) continue;
+        Vec3 p = down[v] == LANDS ? landed[v] : v_round32(v_mid(m->pos[m->ends[v][0]], m->pos[m->ends[v][1]]));
         if (v_len2(v_sub(p, m->pos[v])) == 0) continue;
         m->pos[v] = p;
         moved[v] = 1;
     }
 }
 
-/* Marks the midpoints of the triangles in the pairs. False: there was none left to mark. */
-static bool mark_flat(const RefinedMesh *m, int npair, const TriPair *pair, uint8_t *flat)
+/* Marks the vertices of the triangles in the pairs: those that are lifted, to land; where none is, the midpoints, to lie flat. False:
+ * there was none left to mark. */
+static bool mark_down(const RefinedMesh *m, const Vec3 *landed, int npair, const TriPair *pair, uint8_t *down)
 {
     bool any = false;
-    for (int i = 0; i < npair; i++)
-        for (int k = 0; k < 6; k++) {
-            int v = m->tri[3 * (k < 3 ? pair[i].a : pair[i].b) + k % 3];
-            if (m->ends[v][0] == NONE || flat[v]) continue;
-            flat[v] = 1;
-            any = true;
-        }
+    for (int step = LANDS; step <= LIES_FLAT && !any; step++)
+        for (int i = 0; i < npair; i++)
+            for (int k = 0; k < 6; k++) {
+                int v = m->tri[3 * (k < 3 ? pair[i].a : pair[i].b) + k % 3];
+                bool can = step == LANDS ? v_len2(v_sub(m->pos[v], landed[v])) > 0 : m->ends[v][0] != NONE;
+                if (down[v] >= step || !can) continue;
+                down[v] = (uint8_t)step;
+                any = true;
+            }
     return any;
 }
 
 /* Marks all midpoints of the mechanical triangles top[...]. */
-static bool mark_parents(const RefinedMesh *m, const uint8_t *top, uint8_t *flat)
+static bool mark_parents(const RefinedMesh *m, const uint8_t *top, uint8_t *down)
 {
     bool any = false;
     for (int t = 0; t < m->ntri; t++)
         for (int k = 0; k < 3 && top[m->parent[t]]; k++) {
             int v = m->tri[3 * t + k];
-            if (m->ends[v][0] == NONE || flat[v]) continue;
-            flat[v] = 1;
+            if (m->ends[v][0] == NONE || down[v] == LIES_FLAT) continue;
+            down[v] = LIES_FLAT;
             any = true;
         }
     return any;
@@ -65,39 +70,42 @@ static void look_around(const RefinedMesh *m, const uint8_t *moved, uint8_t *loo
 }
 
 /* A midpoint in the middle of its edge may meet the corner of a flat triangle there: a hair above it both have an area. */
-static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *flat)
+static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *down)
 {
     for (int h = 0; h < 3 * m->ntri; h++) {
         const int32_t *c = m->tri + h - h % 3;
         int v = m->tri[h];
-        if (!flat[v] || v_len2(v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]])) > 0) continue;
+        if (down[v] != LIES_FLAT || v_len2(v_area2(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]])) > 0) continue;
         m->pos[v] = v_round32(v_mix(m->pos[v], landed[v], HAIR));
     }
 }
 
-/* All pairs: those of mechanical triangles that were not cut are known. look[m->ntri] is scratch. */
-static int find_pairs(const RefinedMesh *m, const Crossings *mech, int ntop, uint8_t *look, TriPair **pair, int *cap)
+/* All pairs: those of mechanical triangles that are what they were are known. look[m->ntri] is scratch. */
+static int find_pairs(const RefinedMesh *m, const Vec3 *landed, const Crossings *mech, int ntop, uint8_t *look, TriPair **pair, int *cap)
 {
-    int32_t *uncut = NEW(int32_t, ntop);
-    for (int t = 0; t < ntop; t++) uncut[t] = NONE;
+    int32_t *same = NEW(int32_t, ntop);
+    for (int t = 0; t < ntop; t++) same[t] = NONE;
     for (int t = 0; t < m->ntri; t++) {
-        const int32_t *c = m->tri + 3 * t;
-        look[t] = m->ends[c[0]][0] != NONE || m->ends[c[1]][0] != NONE || m->ends[c[2]][0] != NONE;
-        if (!look[t]) uncut[m->parent[t]] = t;
+        look[t] = 0;
+        for (int k = 0; k < 3; k++) {
+            int v = m->tri[3 * t + k];
+            look[t] |= m->ends[v][0] != NONE || v_len2(v_sub(m->pos[v], landed[v])) > 0;
+        }
+        if (!look[t]) same[m->parent[t]] = t;
     }
     int n = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, pair, cap);
     for (int i = 0; i < mech->n; i++) {
-        int a = uncut[mech->pair[i].a], b = uncut[mech->pair[i].b];
+        int a = same[mech->pair[i].a], b = same[mech->pair[i].b];
         if (a == NONE || b == NONE) continue;
         RESERVE(*pair, *cap, n + 1);
         (*pair)[n++] = (TriPair){int_min(a, b), int_max(a, b)};
     }
-    mem_free(uncut);
+    mem_free(same);
     pairs_sort(n, *pair);
     return n;
 }
 
-int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, int *flattened)
+int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, const Crossings *mech, int *flattened)
 {
     TriPair *pair = NULL;
     int cap = 0, left, ntop = 0;
@@ -105,29 +113,33 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Crossings *mech, i
     if (m->ntri == 0) return 0;
     for (int t = 0; t < m->ntri; t++) ntop = int_max(ntop, m->parent[t] + 1);
     ASSERT(ntop <= mech->ntri);
-    uint8_t *flat = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
-    Vec3 *landed = NEW(Vec3, m->nvert);
-    memcpy(landed, m->pos, (size_t)m->nvert * sizeof *landed);
-    left = find_pairs(m, mech, ntop, look, &pair, &cap);
-    bool more = mark_flat(m, left, pair, flat);
+    Vec3 *own = NULL;
+    if (!landed) {
+        own = NEW(Vec3, m->nvert);
+        memcpy(own, m->pos, (size_t)m->nvert * sizeof *own);
+        landed = own;
+    }
+    uint8_t *down = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
+    left = find_pairs(m, landed, mech, ntop, look, &pair, &cap);
+    bool more = mark_down(m, landed, left, pair, down);
     for (int round = 0; (more || left) && round < ROUNDS_MAX; round++) {
         memset(moved, 0, (size_t)m->nvert);
         memset(top, 0, (size_t)ntop);
-        flatten(m, flat, moved);
+        bring_down(m, landed, down, moved);
         look_around(m, moved, look);
         find_turned(m, field, look, top);
         for (int i = 0; i < left; i++) look[pair[i].a] = look[pair[i].b] = 1; /* of one that is left over, one at least stays marked */
         left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, &pair, &cap);
-        more = mark_flat(m, left, pair, flat);
+        more = mark_down(m, landed, left, pair, down);
         for (int i = 0; i < left && !more; i++) top[m->parent[pair[i].a]] = top[m->parent[pair[i].b]] = 1;
-        more = mark_parents(m, top, flat) || more;
+        more = mark_parents(m, top, down) || more;
         if (!more) break;
     }
-    give_area(m, landed, flat);
-    for (int v = 0; v < m->nvert; v++) *flattened += flat[v];
-    mem_free(landed);
+    give_area(m, landed, down);
+    for (int v = 0; v < m->nvert; v++) *flattened += down[v] == LIES_FLAT;
+    mem_free(own);
     mem_free(pair);
-    mem_free(flat);
+    mem_free(down);
     mem_free(moved);
     mem_free(look);
     mem_free(top);

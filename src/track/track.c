@@ -279,12 +279,8 @@ static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
     RefineSettings set = {.angle_deg = tr->set.angle_deg, .passes = tr->set.passes, .deviation_vox = tr->set.deviation_vox,
                           .by = tr->set.refine_by, .scheme = tr->set.refine_scheme, .min_aspect = tr->set.min_aspect};
     int32_t *home = find_homes(tr, iso);
-    RefineStat s = refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->next_midpoint, &tr->fine);
+    stat->projections_lost += refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->next_midpoint, &tr->fine);
     mem_free(home);
-    stat->projections_lost += s.lost;
-    stat->distance_mean_vox = s.mean_vox;
-    stat->distance_max_vox = s.max_vox;
-    stat->inverted_left_geometric = s.inverted;
     stat->seconds.refine += track_clock() - t0;
 }
 
@@ -315,11 +311,19 @@ static void follow_papers(Track *tr, const IsoSurface *iso, FrameStat *stat)
     tr->refined = true;
 }
 
-static void untangle(Track *tr, FrameStat *stat)
+/* The geometric mesh as it is written. An exact copy of the mechanical one stays one. */
+static void finish(Track *tr, FrameStat *stat)
 {
     double t0 = track_clock();
+    RefinedMesh *f = &tr->fine;
+    Vec3 *landed = tr->set.angle_deg < 180 && tr->set.deviation_vox > 0 ? refine_balance(f, tr->field) : NULL;
     crossings_find(&tr->crossings, &tr->mesh);
-    stat->self_intersections = refine_untangle(&tr->fine, tr->field, &tr->crossings, &stat->flattened);
+    stat->self_intersections = refine_untangle(f, tr->field, landed, &tr->crossings, &stat->flattened);
+    RefineFigures s = refine_measure(f, tr->field);
+    stat->distance_mean_vox = s.mean_vox;
+    stat->distance_max_vox = s.max_vox;
+    stat->inverted_left_geometric = s.inverted;
+    mem_free(landed);
     stat->seconds.refine += track_clock() - t0;
 }
 
@@ -479,7 +483,7 @@ void track_complete(Track *tr, FrameStat *stat)
         track_remember_places(tr);
         refine(tr, &tr->iso, stat);
     }
-    untangle(tr, stat);
+    finish(tr, stat);
     double t0 = track_clock();
     stat->wrong_components = audit_geometric(tr, &tr->iso);
     track_find_events(tr, stat);

@@ -59,7 +59,7 @@ typedef struct FrameStat {
     int events[EVENT_KINDS];                          /* the counts of the events of each kind, added up */
     int wrong_components;                             /* that differ from the grid after all mending; 0 in exact mode */
     double ids_kept;                                  /* share of last frame's identities that are still there; NaN: there were none */
-    double distance_mean_vox, distance_max_vox;       /* geometric edge midpoints to the surface, by |F| / |grad F| */
+    double distance_mean_vox, distance_max_vox;       /* geometric triangles' centroids to the surface, by |F| / |grad F| */
     int self_intersections;                           /* pairs of geometric triangles that run through one another, left */
     int flattened;                                    /* midpoints put back on their edges for that reason */
     struct { double predict, alter, relax, audit, mend, refine; } seconds;

@@ -46,13 +46,13 @@ enum { NSHAPE = 3 };
 #define AS_RED_GREEN REFINE_BY_NORMALS, REFINE_SCHEME_RED_GREEN, 0
 
 /* One call on a fresh memory. */
-static RefineStat refine_once(const Scene *s, RefineSettings set, int32_t *next_id, RefinedMesh *out)
+static int refine_once(const Scene *s, RefineSettings set, int32_t *next_id, RefinedMesh *out)
 {
     Refine memory = {0};
     *out = (RefinedMesh){0};
-    RefineStat stat = refine_build(&memory, &s->mesh, &s->field, &set, NULL, next_id, out);
+    int lost = refine_build(&memory, &s->mesh, &s->field, &set, NULL, next_id, out);
     refine_free(&memory);
-    return stat;
+    return lost;
 }
 
 /* No T-vertices: each edge is there twice, once in either direction, so that the triangles close up. */
@@ -85,8 +85,8 @@ static void angle_of_180_copies(void **state)
     scene_make(&s, 24, fn_ball, BALL, 3);
     RefinedMesh m;
     int32_t next = 12345;
-    RefineStat stat = refine_once(&s, (RefineSettings){180, 4, 0.001, AS_PAPERS}, &next, &m);
-    assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri && next == 12345 && stat.lost == 0);
+    int lost = refine_once(&s, (RefineSettings){180, 4, 0.001, AS_PAPERS}, &next, &m);
+    assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri && next == 12345 && lost == 0);
     assert_memory_equal(m.tri, s.mesh.corner, (size_t)(3 * m.ntri) * sizeof *m.tri);
     for (int v = 0; v < m.nvert; v++) {
         Vec3 p = v_round32(s.mesh.pos[v]);
@@ -109,7 +109,7 @@ static void refined_mesh_is_closed_and_faces_outward(void **state)
         for (size_t k = 0; k < sizeof set / sizeof *set; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            RefineStat stat = refine_once(&s, set[k], &next, &m);
+            refine_once(&s, set[k], &next, &m);
             assert_closed(&m, mesh_euler(&s.mesh, NONE));
             assert_no_copies(&m);
             assert_int_equal(next - s.mesh.next_id, MESH_ID_STEP * (m.nvert - s.mesh.nvert)); /* fresh identities, none wasted */
@@ -121,7 +121,7 @@ static void refined_mesh_is_closed_and_faces_outward(void **state)
                 if (v < s.mesh.nvert) assert_int_equal(m.id[v], s.mesh.id[v]);
                 else assert_true(m.id[v] >= s.mesh.next_id && m.ends[v][0] >= 0 && m.ends[v][0] < v && m.ends[v][1] < v);
             }
-            assert_int_equal(stat.inverted, 0);
+            assert_int_equal(refine_measure(&m, &s.field).inverted, 0);
             refined_free(&m);
         }
         scene_free(&s);
@@ -235,13 +235,14 @@ static void deviation_brings_the_distance_down(void **state)
         for (int k = 0; k < 4; k++) {
             RefinedMesh m;
             int32_t next = s.mesh.next_id;
-            RefineStat stat = refine_once(&s, (RefineSettings){179, 6, limit[k], AS_PAPERS}, &next, &m);
+            int lost = refine_once(&s, (RefineSettings){179, 6, limit[k], AS_PAPERS}, &next, &m);
+            RefineFigures now = refine_measure(&m, &s.field);
             if (getenv("TWINMESH_TOLD"))
-                print_message("shape %d, deviation %.2f: %d triangles, mean %.4f, most %.4f voxels, %d lost\n", i, limit[k], m.ntri, stat.mean_vox, stat.max_vox, stat.lost);
+                print_message("shape %d, deviation %.2f: %d triangles, mean %.4f, most %.4f voxels, %d lost\n", i, limit[k], m.ntri, now.mean_vox, now.max_vox, lost);
             if (k == 0) assert_int_equal(m.ntri, s.mesh.ntri);
-            else assert_true(stat.mean_vox <= mean && m.ntri >= tris);
-            if (k && i != 1) assert_true(stat.max_vox <= 1.6 * limit[k]); /* edges across the octahedron's ridges may be too short to cut */
-            mean = stat.mean_vox;
+            else assert_true(now.mean_vox <= mean && m.ntri >= tris);
+            if (k && i != 1) assert_true(now.max_vox <= 1.6 * limit[k]); /* edges across the octahedron's ridges may be too short to cut */
+            mean = now.mean_vox;
             tris = m.ntri;
             refined_free(&m);
         }
@@ -524,6 +525,37 @@ static void aspect_is_respected(void **state)
     }
 }
 
+/* --- off the surface, to be nearer to it ---------------------------------------------------------------------------------- */
+
+static void balanced_triangles_are_nearer(void **state)
+{
+    (void)state;
+    for (int i = 0; i < NSHAPE; i++) {
+        Scene s;
+        RefinedMesh m;
+        scene_make(&s, 32, SHAPES[i].fn, SHAPES[i].k, SHAPES[i].edge);
+        int32_t next = s.mesh.next_id;
+        int lifted = 0;
+        refine_once(&s, (RefineSettings){20, 4, 0.1, AS_PAPERS}, &next, &m);
+        RefineFigures before = refine_measure(&m, &s.field);
+        Vec3 *landed = refine_balance(&m, &s.field);
+        RefineFigures after = refine_measure(&m, &s.field);
+        for (int v = 0; v < m.nvert; v++) {
+            Vec3 p = v_round32(m.pos[v]);
+            assert_memory_equal(&p, &m.pos[v], sizeof p);
+            assert_near(field_value(&s.field, landed[v], NULL, NULL), 0, 1e-5);
+            assert_true(v_dist(m.pos[v], landed[v]) <= 0.0401);
+            lifted += v_dist(m.pos[v], landed[v]) > 0;
+        }
+        if (getenv("TWINMESH_TOLD")) print_message("shape %d: %d of %d vertices lifted, mean %.4f -> %.4f voxels\n", i, lifted, m.nvert, before.mean_vox, after.mean_vox);
+        assert_true(after.mean_vox <= (i == 1 ? 1 : 0.6) * before.mean_vox); /* the octahedron is flat */
+        assert_int_equal(after.inverted, 0);
+        mem_free(landed);
+        refined_free(&m);
+        scene_free(&s);
+    }
+}
+
 /* --- triangles that run through one another ------------------------------------------------------------------------------ */
 
 /* The middle of an edge, rounded, is the corner of the flat triangle below it. */
@@ -538,7 +570,7 @@ static void pieces_laid_flat_keep_an_area(void **state)
     RefinedMesh m = {.nvert = 7, .ntri = 3, .pos = pos, .ends = ends, .tri = tri, .parent = parent};
     Crossings none = {.ntri = 2};
     int flattened;
-    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, NULL, &none, &flattened), 0);
     assert_int_equal(flattened, 1);
     assert_true(pos[6].z > 0 && pos[6].z < 0.01);
     for (int t = 0; t < 3; t++) assert_true(v_len2(v_area2(pos[tri[3 * t]], pos[tri[3 * t + 1]], pos[tri[3 * t + 2]])) > 0);
@@ -557,15 +589,22 @@ static void crossing_pieces_are_laid_flat(void **state)
     scene_make(&s, 28, fn_ball, k, 1.5);
     Crossings none = {.ntri = s.mesh.ntri};
     refine_build(&memory, &s.mesh, &s.field, &(RefineSettings){5, 2, 0, AS_PAPERS}, NULL, &next_id, &m);
-    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, NULL, &none, &flattened), 0);
     assert_int_equal(flattened, 0);
     int v = m.nvert - 1, a = m.ends[v][0], b = m.ends[v][1];
     assert_true(a != NONE);
     m.pos[v] = v_round32(v_axpy(m.pos[v], -17, m.normal[v])); /* out on the other side */
-    assert_int_equal(refine_untangle(&m, &s.field, &none, &flattened), 0);
+    assert_int_equal(refine_untangle(&m, &s.field, NULL, &none, &flattened), 0);
     assert_true(flattened > 0 && flattened < m.nvert / 2);
     Vec3 mid = v_round32(v_mid(m.pos[a], m.pos[b]));
     assert_true(v_dist(m.pos[v], mid) == 0);
+    Vec3 *landed = NEW(Vec3, m.nvert); /* of one that was lifted it is enough that it lands */
+    memcpy(landed, m.pos, (size_t)m.nvert * sizeof *landed);
+    m.pos[a] = v_round32(v_axpy(m.pos[a], -17, m.normal[a]));
+    assert_int_equal(refine_untangle(&m, &s.field, landed, &none, &flattened), 0);
+    assert_int_equal(flattened, 0);
+    assert_memory_equal(m.pos, landed, (size_t)m.nvert * sizeof *landed);
+    mem_free(landed);
     refined_free(&m);
     refine_free(&memory);
     scene_free(&s);
@@ -584,6 +623,7 @@ int main(void)
         cmocka_unit_test(identities_are_not_used_twice),
         cmocka_unit_test(midpoints_stay_at_home),
         cmocka_unit_test(crossing_pieces_are_laid_flat),
+        cmocka_unit_test(balanced_triangles_are_nearer),
         cmocka_unit_test(pieces_laid_flat_keep_an_area),
         cmocka_unit_test(hernia_is_found_by_the_hessian),
         cmocka_unit_test(turn_of_a_ball_is_length_over_radius),

@@ -117,7 +117,7 @@ static void rest_positions_turn_with_a_ball(void **state)
     tell("mechanical", coarse, r.mech.nvert);
     tell("geometric", fine, r.fine.nvert);
     assert_true(coarse.mean < 0.05 && coarse.most < 0.25);
-    assert_true(fine.mean < 0.05 && fine.most < 0.25);
+    assert_true(fine.mean < 0.05 + 0.04 && fine.most < 0.25); /* lifted off the surface by so much */
     assert_int_equal(coarse.first_frame, r.mech.nvert);
     run_close(&r);
 }

@@ -124,7 +124,7 @@ static void ball_comes_to_rest(void **state)
         assert_true(r.stat.ids_kept == 1 && r.stat.splits + r.stat.collapses + r.stat.flips == 0);
         assert_true(trimesh_is_same_run(&mech, &r.mech) && trimesh_is_same_run(&fine, &r.fine));
         assert_memory_equal(mech.pos, r.mech.pos, (size_t)(3 * mech.nvert) * sizeof *mech.pos);
-        assert_memory_equal(fine.pos, r.fine.pos, (size_t)(3 * fine.nvert) * sizeof *fine.pos);
+        for (int k = 0; k < 3 * fine.nvert; k++) assert_near(fine.pos[k], r.fine.pos[k], 1e-5); /* balanced anew */
     }
     mem_free(id);
     trimesh_free(&mech);
