@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIELDS_KEPT = 3 }; /* of the last frame, this one, and the one that is read ahead */
+enum { FIELDS_KEPT = 4 }; /* of the frame solved, of the one completed beside it and the one before that, and of the one read ahead */
 
 typedef struct Input {
     VolumeRequest request;
