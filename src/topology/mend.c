@@ -213,7 +213,8 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     Map edges;
     int first = m->nvert;
     uint8_t *speck = NEW(uint8_t, iso->ncomp);
-    GraftPlan plan = {v->faults.comp, v->faults.tri, v->faults.cell, v->whole, v->wrong, opt->edge, round < ROUND_STRICT, v->thorough};
+    GraftPlan plan = {.comp = v->faults.comp, .drop = v->faults.tri, .cell = v->faults.cell, .whole = v->whole, .wrong = v->wrong, .locally = round == 0,
+                      .lean = v->faults.lean, .edge = opt->edge, .survivors = round < ROUND_STRICT, .thorough = v->thorough};
     remember_edges(m, &v->faults, &edges);
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
     graft_patches(iso, &plan, m, speck, stat);
