@@ -12,8 +12,10 @@ enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 
 #define LEAN_VOX 0.5         /* ... leans, as one does whose normal */
 #define LEAN_COS 0.3         /* has a cosine below this to the surface's there */
-#define CLEAR_COS 0.5        /* with one above this to the surface's at a corner it is not inverted: finer than that is measured only for others */
-#define SHORT_VOX 2.0        /* a triangle of edges below this passes through no cell far from its corners' and its centroid's */
+#define CLEAR_COS 0.5        /* with one above this to the surface's at one corner it is not inverted: finer than that is measured only for others */
+#define SURE_COS 0.9         /* with one above this at all corners it follows the surface, if it is short */
+#define SHORT_VOX 2.0        /* edges below this: the surface cannot bulge far between such corners, and no cell the triangle passes is far
+                              * from theirs and its centroid's */
 
 typedef struct Job {
     const IsoSurface *iso;
@@ -49,43 +51,53 @@ static void vertex_block(void *ctx, int begin, int end)
     }
 }
 
-static bool is_inverted(const Job *job, int t, Vec3 area)
+/* A triangle as the tests of its faults need it. */
+typedef struct Facet {
+    int t;
+    Vec3 corner[3], area, centroid; /* area: twice, along the normal */
+    double size;                    /* its length */
+    bool is_short;
+} Facet;
+
+static Facet facet_of(const Job *job, int t)
 {
     const Mesh *m = job->mesh;
     const int32_t *c = m->corner + 3 * t;
-    double clear = -CLEAR_COS * v_len(area);
-    for (int k = 0; k < 3; k++)
-        if (v_dot(job->inward[c[k]], area) < clear) return false;
-    return field_triangle_inverted(job->iso->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+    Vec3 p = m->pos[c[0]], q = m->pos[c[1]], r = m->pos[c[2]], area = v_area2(p, q, r);
+    double most = SHORT_VOX * job->iso->field->voxel, longest2 = real_max(v_len2(v_sub(q, p)), real_max(v_len2(v_sub(r, q)), v_len2(v_sub(p, r))));
+    return (Facet){t, {p, q, r}, area, v_scale(v_add(v_add(p, q), r), 1.0 / 3), v_len(area), longest2 < most * most};
 }
 
-static int faults_of(const Job *job, int t, Vec3 centroid, uint8_t *lean)
+static int faults_of(const Job *job, const Facet *a, uint8_t *lean)
 {
-    const Mesh *m = job->mesh;
     const Field *f = job->iso->field;
-    const int32_t *c = m->corner + 3 * t, *comp = job->f->comp;
-    Vec3 area = mesh_tri_area2(m, t), g;
+    const int32_t *c = job->mesh->corner + 3 * a->t, *comp = job->f->comp;
+    double least = 1, most = -1; /* cosines at the corners */
     if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return FAULT_STRAY;
     if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return FAULT_TORN;
-    if (!(v_len2(area) > 0)) return FAULT_DEGENERATE;
-    if (is_inverted(job, t, area)) return FAULT_INVERTED;
-    double F = field_value(f, centroid, &g, NULL);
-    *lean = is_off(f, centroid, F, g, LEAN_VOX) || v_dot(g, area) > -LEAN_COS * v_len(g) * v_len(area);
-    return *lean && is_off(f, centroid, F, g, FAR_VOX) ? FAULT_FAR : 0;
+    if (!(a->size > 0)) return FAULT_DEGENERATE;
+    for (int k = 0; k < 3; k++) {
+        double along = -v_dot(job->inward[c[k]], a->area) / a->size;
+        least = real_min(least, along);
+        most = real_max(most, along);
+    }
+    if (least > SURE_COS && a->is_short) return 0;
+    if (most < CLEAR_COS && field_triangle_inverted(f, a->corner[0], a->corner[1], a->corner[2])) return FAULT_INVERTED;
+    Vec3 g;
+    double F = field_value(f, a->centroid, &g, NULL);
+    *lean = is_off(f, a->centroid, F, g, LEAN_VOX) || v_dot(g, a->area) > -LEAN_COS * v_len(g) * a->size;
+    return *lean && is_off(f, a->centroid, F, g, FAR_VOX) ? FAULT_FAR : 0;
 }
 
 static void triangle_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    const double short2 = SHORT_VOX * SHORT_VOX * job->iso->field->voxel * job->iso->field->voxel;
     for (int t = begin; t < end; t++) {
-        const int32_t *c = job->mesh->corner + 3 * t;
-        Vec3 p = job->mesh->pos[c[0]], q = job->mesh->pos[c[1]], r = job->mesh->pos[c[2]], centroid = v_scale(v_add(v_add(p, q), r), 1.0 / 3);
+        Facet a = facet_of(job, t);
         job->f->lean[t] = 0;
-        job->f->tri[t] = (uint8_t)faults_of(job, t, centroid, &job->f->lean[t]);
-        bool is_short = v_len2(v_sub(q, p)) < short2 && v_len2(v_sub(r, q)) < short2 && v_len2(v_sub(p, r)) < short2;
-        if (is_short) mark_cell(job, iso_cell_at(job->iso, centroid));
-        else iso_mark_cells(job->iso, p, q, r, job->hit);
+        job->f->tri[t] = (uint8_t)faults_of(job, &a, &job->f->lean[t]);
+        if (a.is_short) mark_cell(job, iso_cell_at(job->iso, a.centroid));
+        else iso_mark_cells(job->iso, a.corner[0], a.corner[1], a.corner[2], job->hit);
     }
 }
 
