@@ -144,7 +144,8 @@ static int split_above(Remesh *r, double limit)
 static void forget_steps(const Remesh *r)
 {
     Mesh *m = r->mesh;
-    for (int h = 0; h < 3 * m->ntri; h++) {
+    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+        int h = remesh_scope_half(r, i);
         if (!remesh_in_zone(r, he_from(m, h)) && !remesh_in_zone(r, he_to(m, h))) continue;
         m->flag[h] = 0;
         m->length[h] = -1;

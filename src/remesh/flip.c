@@ -49,7 +49,8 @@ int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
 {
     Mesh *m = r->mesh;
     int flips = 0;
-    for (int h = 0; h < 3 * m->ntri; h++) {
+    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+        int h = remesh_scope_half(r, i);
         if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h) || !gains(r, h, gain)) continue;
         Fitness now, then;
         double length;
@@ -68,7 +69,8 @@ int remesh_flip_towards(Remesh *r, const Map *wanted)
 {
     Mesh *m = r->mesh;
     int flips = 0;
-    for (int h = 0; h < 3 * m->ntri; h++) {
+    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+        int h = remesh_scope_half(r, i);
         if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h)) continue;
         int c = m->corner[he_prev(h)], d = m->corner[he_prev(m->opp[h])];
         if (map_get(wanted, key_of(m, c, d)) == NONE || map_get(wanted, key_of(m, he_from(m, h), he_to(m, h))) != NONE) continue;

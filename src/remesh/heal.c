@@ -102,25 +102,26 @@ static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t
 typedef struct Search {
     const Remesh *r;
     const uint8_t *frozen;
-    uint8_t *wrong; /* [ntri] or [nvert] */
+    uint8_t *wrong; /* [triangles in scope] or [nvert] */
 } Search;
 
 static void search_inverted(void *ctx, int begin, int end)
 {
     Search *s = ctx;
-    for (int t = begin; t < end; t++) s->wrong[t] = is_inverted(s->r, t);
+    for (int i = begin; i < end; i++) s->wrong[i] = is_inverted(s->r, remesh_scope_tri(s->r, i));
 }
 
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found)
 {
-    const int ntri = r->mesh->ntri; /* healing makes no new triangles */
-    uint8_t *wrong = NEW(uint8_t, ntri);
+    const int n = remesh_scope_size(r); /* healing makes no new triangles */
+    uint8_t *wrong = NEW(uint8_t, n);
     int left = 0;
     for (int round = 0; round < ROUNDS_MAX; round++) {
         int seen = 0, healed = 0;
-        parallel_for(ntri, GRAIN, search_inverted, &(Search){r, frozen, wrong});
-        for (int t = 0; t < ntri; t++) {
-            if (!wrong[t] || !is_inverted(r, t)) continue;
+        parallel_for(n, GRAIN, search_inverted, &(Search){r, frozen, wrong});
+        for (int i = 0; i < n; i++) {
+            int t = remesh_scope_tri(r, i);
+            if (!wrong[i] || !is_inverted(r, t)) continue;
             seen++;
             if (is_frozen(r, t, frozen)) continue;
             healed += heal_by_flip(r, t) || heal_by_move(r, t) || heal_by_collapse(r, t);

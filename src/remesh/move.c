@@ -3,6 +3,8 @@
 
 #include "base/thread.h"
 
+#include <string.h>
+
 enum { GRAIN = 512 };
 #define REACH 0.6 /* a landing is at most this far from its target, in edges wanted */
 
@@ -95,10 +97,13 @@ int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
 {
     Mesh *m = r->mesh;
     Vec3 *pos = NEW(Vec3, m->nvert), *normal = NEW(Vec3, m->nvert);
-    MoveJob job = {r, target, pos, normal, frozen, NEW0(uint8_t, m->nvert), NEW0(uint8_t, m->ntri)};
+    MoveJob job = {r, target, pos, normal, frozen, NEW0(uint8_t, m->nvert), NEW(uint8_t, m->ntri)};
     for (int v = 0; v < m->nvert; v++) pos[v] = m->pos[v], normal[v] = r->normal[v];
-    for (int t = 0; t < m->ntri; t++)
-        if (!tri_is_dead(m, t) && !remesh_touches_zone(r, t)) job.state[t] = FINE;
+    memset(job.state, FINE, (size_t)m->ntri);
+    for (int i = 0; i < remesh_scope_size(r); i++) {
+        int t = remesh_scope_tri(r, i);
+        if (!tri_is_dead(m, t) && remesh_touches_zone(r, t)) job.state[t] = LOOK;
+    }
     parallel_for(m->nvert, GRAIN, move_block, &job);
     /* each round takes at least one vertex back, and old triangles are as good as they were: it ends by itself */
     for (bool again = true; again;) {

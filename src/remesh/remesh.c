@@ -69,6 +69,22 @@ bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach)
     return true;
 }
 
+static void find_scope(Remesh *r)
+{
+    const Mesh *m = r->mesh;
+    uint8_t *near = NEW0(uint8_t, m->nvert);
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (!tri_is_dead(m, h / 3) && remesh_touches_zone(r, h / 3)) near[m->corner[h]] = 1;
+    r->nscope = 0;
+    r->scope_end = m->ntri;
+    RESIZE(r->scope, m->ntri);
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        if (!tri_is_dead(m, t) && (near[c[0]] || near[c[1]] || near[c[2]])) r->scope[r->nscope++] = t;
+    }
+    mem_free(near);
+}
+
 void remesh_compact(Remesh *r, int32_t *vert_to)
 {
     int n = r->mesh->nvert;
@@ -81,6 +97,7 @@ void remesh_compact(Remesh *r, int32_t *vert_to)
         if (r->zone) r->zone[to[v]] = r->zone[v];
     }
     if (!vert_to) mem_free(to);
+    if (r->zone) find_scope(r);
 }
 
 typedef struct NormalJob {
@@ -112,11 +129,13 @@ void remesh_confine(Remesh *r, int first)
     for (int v = 0; v < m->nvert; v++) r->zone[v] = v < first ? ZONE_FIXED : ZONE_FRESH;
     for (int h = 0; h < 3 * m->ntri; h++)
         if (!tri_is_dead(m, h / 3) && he_from(m, h) < first && he_to(m, h) >= first) r->zone[he_from(m, h)] = ZONE_MOVES;
+    find_scope(r);
 }
 
 void remesh_end(Remesh *r)
 {
     mem_free(r->zone);
+    mem_free(r->scope);
     mem_free(r->normal);
     mem_free(r->home);
     *r = (Remesh){0};
@@ -171,7 +190,8 @@ int remesh_edges_by_length(const Remesh *r, double lo, double hi, bool descendin
     const Mesh *m = r->mesh;
     EdgeEnds *e = NULL;
     int n = 0, cap = 0;
-    for (int h = 0; h < 3 * m->ntri; h++) {
+    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+        int h = remesh_scope_half(r, i);
         if (tri_is_dead(m, h / 3) || h > m->opp[h] || !(remesh_in_zone(r, he_from(m, h)) || remesh_in_zone(r, he_to(m, h)))) continue;
         double l = mesh_edge_length(m, h);
         if (!(l > lo && l < hi)) continue;

@@ -20,6 +20,8 @@ typedef struct Remesh {
     Vec3 *normal;  /* [mesh->nvert] outward unit normals of the field at the vertices, kept through edits */
     int32_t *home; /* [mesh->nvert] kept through edits; NULL: no vertex is bound */
     uint8_t *zone; /* [mesh->nvert] ZONE_..., kept through edits: what coarsening and smoothing may do; NULL: ZONE_FRESH everywhere */
+    int32_t *scope; /* [nscope] what is looked at: triangles that touch the zone and those around them; and all from scope_end on. NULL: all */
+    int nscope, scope_end;
     int cap;
     double edge;   /* mean edge length wanted, world units */
     Homes homes;

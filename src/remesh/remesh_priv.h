@@ -48,6 +48,11 @@ static inline bool remesh_touches_zone(const Remesh *r, int t)
     return remesh_in_zone(r, c[0]) || remesh_in_zone(r, c[1]) || remesh_in_zone(r, c[2]);
 }
 
+/* Triangle and half-edge i of those in scope, the lower before the higher; how many triangles. */
+static inline int remesh_scope_size(const Remesh *r) { return r->scope ? r->nscope + r->mesh->ntri - r->scope_end : r->mesh->ntri; }
+static inline int remesh_scope_tri(const Remesh *r, int i) { return !r->scope ? i : i < r->nscope ? r->scope[i] : r->scope_end + i - r->nscope; }
+static inline int remesh_scope_half(const Remesh *r, int i) { return 3 * remesh_scope_tri(r, i / 3) + i % 3; }
+
 /* Place i in the plane across n around p: eight to a ring, the rings `step` edges apart. */
 Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);
 /* The field's outward unit normal at p. */

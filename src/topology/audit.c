@@ -94,21 +94,25 @@ typedef struct Size {
     Vec3 lo, hi;   /* index space */
 } Size;
 
+static Vec3 lower(Vec3 a, Vec3 b) { return vec3(real_min(a.x, b.x), real_min(a.y, b.y), real_min(a.z, b.z)); }
+static Vec3 upper(Vec3 a, Vec3 b) { return vec3(real_max(a.x, b.x), real_max(a.y, b.y), real_max(a.z, b.z)); }
+
 static void measure_sizes(const IsoSurface *iso, const AuditMesh *mesh, Size *size)
 {
     const Field *f = iso->field;
+    const Vec3 corner = vec3(f->lo[0], f->lo[1], f->lo[2]);
     for (int c = 0; c < mesh->ncomp; c++) size[c] = (Size){0, vec3(1e30, 1e30, 1e30), vec3(-1e30, -1e30, -1e30)};
+    Vec3 *at = NEW(Vec3, mesh->nvert); /* from the volume's corner */
+    for (int v = 0; v < mesh->nvert; v++) at[v] = v_sub(affine_to_index(&f->xform, mesh->pos[v]), corner);
     for (int t = 0; t < mesh->ntri; t++) {
         Size *s = &size[mesh->tri_comp[t]];
-        Vec3 p[3];
-        for (int k = 0; k < 3; k++) {
-            Vec3 q = p[k] = affine_to_index(&f->xform, mesh->pos[mesh->tri[3 * t + k]]);
-            s->lo = vec3(real_min(s->lo.x, q.x), real_min(s->lo.y, q.y), real_min(s->lo.z, q.z));
-            s->hi = vec3(real_max(s->hi.x, q.x), real_max(s->hi.y, q.y), real_max(s->hi.z, q.z));
-        }
-        Vec3 o = vec3(f->lo[0], f->lo[1], f->lo[2]);
-        s->volume += v_dot(v_sub(p[0], o), v_cross(v_sub(p[1], o), v_sub(p[2], o))) / (f->mirrored ? -6 : 6);
+        Vec3 p = at[mesh->tri[3 * t]], q = at[mesh->tri[3 * t + 1]], r = at[mesh->tri[3 * t + 2]];
+        s->lo = lower(s->lo, lower(p, lower(q, r)));
+        s->hi = upper(s->hi, upper(p, upper(q, r)));
+        s->volume += v_dot(p, v_cross(q, r)) / (f->mirrored ? -6 : 6);
     }
+    for (int c = 0; c < mesh->ncomp; c++) size[c].lo = v_add(size[c].lo, corner), size[c].hi = v_add(size[c].hi, corner);
+    mem_free(at);
 }
 
 static bool is_like(const Size *s, double volume, const Vec3 box[2])

@@ -3,51 +3,101 @@
 #include "base/thread.h"
 #include "topology/speck.h"
 
+#include <math.h>
 #include <string.h>
 
 enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 #define OFF_SURFACE_VOX 0.05 /* a vertex farther from the surface, to first order, did not land */
 #define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through */
 
+#define LEAN_VOX 0.5         /* ... leans, as one does whose normal */
+#define LEAN_COS 0.3         /* has a cosine below this to the surface's there */
+#define CLEAR_COS 0.5        /* with one above this to the surface's at one corner it is not inverted: finer than that is measured only for others */
+#define SURE_COS 0.9         /* with one above this at all corners it follows the surface, if it is short */
+#define SHORT_VOX 2.0        /* edges below this: the surface cannot bulge far between such corners, and no cell the triangle passes is far
+                              * from theirs and its centroid's */
+
 typedef struct Job {
     const IsoSurface *iso;
     const Mesh *mesh;
     Faults *f;
+    Vec3 *inward;  /* [mesh->nvert] unit gradient in the vertex's cell */
     uint8_t *hit;  /* [iso->ncell] a triangle passes through */
 } Job;
+
+static void mark_cell(const Job *job, int cell)
+{
+    if (cell != NONE) __atomic_store_n(&job->hit[cell], 1, __ATOMIC_RELAXED);
+}
+
+/* Is p farther than `most` voxels from the surface, where F and its gradient g are known? */
+static bool is_off(const Field *f, Vec3 p, double F, Vec3 g, double most)
+{
+    return !(fabs(F) <= most * f->voxel * v_len(g)) && field_distance_vox(f, p) > most;
+}
 
 static void vertex_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
     const IsoSurface *iso = job->iso;
     for (int v = begin; v < end; v++) {
-        Vec3 p = job->mesh->pos[v];
-        int l = iso_loop_at(iso, p), k = l == NONE ? NONE : iso_loop_component(iso, l);
-        bool off = k != NONE && !speck_is(iso, k) && field_distance_vox(iso->field, p) > OFF_SURFACE_VOX; /* specks' are drawn off it */
+        Vec3 p = job->mesh->pos[v], g;
+        double F = field_value(iso->field, p, &g, NULL);
+        int cell = iso_cell_near(iso, p), k = cell == NONE ? NONE : iso_loop_component(iso, iso_loop_in(iso, cell, p));
+        bool off = k != NONE && !speck_is(iso, k) && is_off(iso->field, p, F, g, OFF_SURFACE_VOX); /* specks' are drawn off it */
         job->f->comp[v] = off ? NONE : k;
+        job->inward[v] = v_unit(g);
+        mark_cell(job, cell);
     }
 }
 
-static int faults_of(const Job *job, int t)
+/* A triangle as the tests of its faults need it. */
+typedef struct Facet {
+    int t;
+    Vec3 corner[3], area, centroid; /* area: twice, along the normal */
+    double size;                    /* its length */
+    bool is_short;
+} Facet;
+
+static Facet facet_of(const Job *job, int t)
 {
     const Mesh *m = job->mesh;
-    const int32_t *c = m->corner + 3 * t, *comp = job->f->comp;
-    Vec3 a = m->pos[c[0]], b = m->pos[c[1]], d = m->pos[c[2]];
+    const int32_t *c = m->corner + 3 * t;
+    Vec3 p = m->pos[c[0]], q = m->pos[c[1]], r = m->pos[c[2]], area = v_area2(p, q, r);
+    double most = SHORT_VOX * job->iso->field->voxel, longest2 = real_max(v_len2(v_sub(q, p)), real_max(v_len2(v_sub(r, q)), v_len2(v_sub(p, r))));
+    return (Facet){t, {p, q, r}, area, v_scale(v_add(v_add(p, q), r), 1.0 / 3), v_len(area), longest2 < most * most};
+}
+
+static int faults_of(const Job *job, const Facet *a, uint8_t *lean)
+{
+    const Field *f = job->iso->field;
+    const int32_t *c = job->mesh->corner + 3 * a->t, *comp = job->f->comp;
+    double least = 1, most = -1; /* cosines at the corners */
     if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return FAULT_STRAY;
     if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return FAULT_TORN;
-    if (!(v_len2(v_area2(a, b, d)) > 0)) return FAULT_DEGENERATE;
-    if (field_triangle_inverted(job->iso->field, a, b, d)) return FAULT_INVERTED;
-    return field_distance_vox(job->iso->field, v_scale(v_add(v_add(a, b), d), 1.0 / 3)) > FAR_VOX ? FAULT_FAR : 0;
+    if (!(a->size > 0)) return FAULT_DEGENERATE;
+    for (int k = 0; k < 3; k++) {
+        double along = -v_dot(job->inward[c[k]], a->area) / a->size;
+        least = real_min(least, along);
+        most = real_max(most, along);
+    }
+    if (least > SURE_COS && a->is_short) return 0;
+    if (most < CLEAR_COS && field_triangle_inverted(f, a->corner[0], a->corner[1], a->corner[2])) return FAULT_INVERTED;
+    Vec3 g;
+    double F = field_value(f, a->centroid, &g, NULL);
+    *lean = is_off(f, a->centroid, F, g, LEAN_VOX) || v_dot(g, a->area) > -LEAN_COS * v_len(g) * a->size;
+    return *lean && is_off(f, a->centroid, F, g, FAR_VOX) ? FAULT_FAR : 0;
 }
 
 static void triangle_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    const Mesh *m = job->mesh;
     for (int t = begin; t < end; t++) {
-        const int32_t *c = m->corner + 3 * t;
-        job->f->tri[t] = (uint8_t)faults_of(job, t);
-        iso_mark_cells(job->iso, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]], job->hit);
+        Facet a = facet_of(job, t);
+        job->f->lean[t] = 0;
+        job->f->tri[t] = (uint8_t)faults_of(job, &a, &job->f->lean[t]);
+        if (a.is_short) mark_cell(job, iso_cell_at(job->iso, a.centroid));
+        else iso_mark_cells(job->iso, a.corner[0], a.corner[1], a.corner[2], job->hit);
     }
 }
 
@@ -123,11 +173,12 @@ static void find_crossings(const Mesh *m, Crossings *c, Faults *f)
 
 void faults_find(const IsoSurface *iso, const Mesh *mesh, Crossings *crossings, Faults *f)
 {
-    *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .cell = NEW(uint8_t, iso->ncell)};
-    Job job = {iso, mesh, f, NEW0(uint8_t, iso->ncell)};
+    *f = (Faults){.comp = NEW(int32_t, mesh->nvert), .tri = NEW(uint8_t, mesh->ntri), .lean = NEW(uint8_t, mesh->ntri), .cell = NEW(uint8_t, iso->ncell)};
+    Job job = {iso, mesh, f, NEW(Vec3, mesh->nvert), NEW0(uint8_t, iso->ncell)};
     parallel_for(mesh->nvert, GRAIN, vertex_block, &job);
     parallel_for(mesh->ntri, GRAIN, triangle_block, &job);
     parallel_for(iso->ncell, GRAIN, cell_block, &job);
+    mem_free(job.inward);
     mem_free(job.hit);
     f->uncovered = keep_limbs(iso, f->cell);
     drop_beside(iso, mesh, f);
@@ -147,6 +198,7 @@ void faults_free(Faults *f)
 {
     mem_free(f->comp);
     mem_free(f->tri);
+    mem_free(f->lean);
     mem_free(f->cell);
     *f = (Faults){0};
 }

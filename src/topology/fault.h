@@ -11,6 +11,7 @@ enum { FAULT_TORN = 1, FAULT_INVERTED = 2, FAULT_FAR = 4, FAULT_STRAY = 8, FAULT
 typedef struct Faults {
     int32_t *comp;    /* [mesh->nvert] the component each vertex lies on; NONE: it is off the surface */
     uint8_t *tri;     /* [mesh->ntri] any of those, or 0 */
+    uint8_t *lean;    /* [mesh->ntri] no fault, but does not lie along the surface quite as it should: near these the topology may differ */
     uint8_t *cell;    /* [iso->ncell] crossed cells of places without mesh */
     int strays;       /* vertices off the surface */
     int torn;         /* triangles whose corners are on different components */

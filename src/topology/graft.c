@@ -12,9 +12,12 @@ enum {
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
     WIDENINGS_MAX = 6, /* of holes that cannot be closed */
     PATH_MAX = 24,
-    MARGIN_CELLS = 3,
+    MARGIN_CELLS = 3,  /* of the sheet around holes, */
+    MARGIN_NEAR = 2,   /* and around what is looked at */
+    NEAR_RINGS = 2,
     UNTRIED = -2       /* to be pinned when a seam comes there */
 };
+#define NEAR_SHARE 0.3    /* of a component's triangles: with more that may be wrong it is looked at as a whole */
 #define PIN_REACH_VOX 0.6 /* a border vertex lies this near to the reference, or the pieces beside it are not kept */
 
 /* --- what to drop -------------------------------------------------------------------------------------------------- */
@@ -36,11 +39,36 @@ static void add_ring(const Mesh *m, uint8_t *mark)
     mem_free(touched);
 }
 
-/* Is triangle t of a component whose pieces are all looked at? */
+/* Is triangle t looked at, where it is not dropped? */
 static bool is_checked(const Graft *g, int t)
 {
     int k = component_of(g, t);
-    return k == NONE || g->checked[k];
+    return k == NONE || g->checked[k] || g->near[t];
+}
+
+/* What may be wrong with components that do not match: faulty triangles, and those that lean, with rings around them. */
+static void find_near(Graft *g)
+{
+    const Mesh *m = g->mesh;
+    for (int t = 0; t < m->ntri; t++) g->near[t] = g->plan->drop[t] || g->plan->lean[t];
+    for (int k = 0; k < NEAR_RINGS; k++) add_ring(m, g->near);
+    for (int t = 0; t < m->ntri; t++) {
+        int k = component_of(g, t);
+        g->near[t] = g->near[t] && k != NONE && g->plan->wrong[k];
+    }
+}
+
+/* Components that do not match are looked at as a whole where there is no telling what is near, or that is much of them. */
+static void choose_checked(Graft *g)
+{
+    int32_t *near = NEW0(int32_t, g->iso->ncomp), *all = NEW0(int32_t, g->iso->ncomp);
+    for (int t = 0; t < g->mesh->ntri; t++) {
+        int k = component_of(g, t);
+        if (k != NONE) all[k]++, near[k] += g->near[t];
+    }
+    for (int k = 0; k < g->iso->ncomp; k++) g->checked[k] = g->plan->wrong[k] && (!g->plan->locally || near[k] == 0 || near[k] > NEAR_SHARE * all[k]);
+    mem_free(near);
+    mem_free(all);
 }
 
 /* What is not checked is dropped with a ring around it: a border through what is faulty would be hard to trace. */
@@ -133,19 +161,29 @@ static bool cell_lies_within(const IsoSurface *iso, int cell, const uint8_t *all
     return true;
 }
 
+/* Wants the cells around hit[] that `all` leaves open. */
+static void want_margin(const IsoSurface *iso, const uint8_t *hit, const uint8_t *all, int margin, uint8_t *want)
+{
+    for (int c = 0; c < iso->ncell; c++)
+        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, margin, want);
+}
+
 static void build_sheet(Graft *g)
 {
     const IsoSurface *iso = g->iso;
     const Mesh *m = g->mesh;
-    uint8_t *hit = NEW0(uint8_t, iso->ncell), *want = NEW0(uint8_t, iso->ncell), *all = NEW(uint8_t, iso->ncomp);
+    uint8_t *hole = NEW(uint8_t, iso->ncell), *near = NEW0(uint8_t, iso->ncell), *want = NEW0(uint8_t, iso->ncell), *all = NEW(uint8_t, iso->ncomp);
     for (int k = 0; k < iso->ncomp; k++) all[k] = g->whole[k] || g->checked[k];
-    memcpy(hit, g->plan->cell, (size_t)iso->ncell);
-    for (int t = 0; t < m->ntri; t++)
-        if (g->label[t] == LABEL_HOLE && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]], hit);
-    for (int c = 0; c < iso->ncell; c++)
-        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, MARGIN_CELLS, want);
+    memcpy(hole, g->plan->cell, (size_t)iso->ncell);
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        if (g->label[t] != LABEL_FAR && !lies_within(g, t, all)) iso_mark_cells(iso, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]], g->label[t] == LABEL_HOLE ? hole : near);
+    }
+    want_margin(iso, hole, all, MARGIN_CELLS, want);
+    want_margin(iso, near, all, MARGIN_NEAR, want);
     sheet_build(&g->sheet, iso, all, want);
-    mem_free(hit);
+    mem_free(hole);
+    mem_free(near);
     mem_free(want);
     mem_free(all);
 }
@@ -267,7 +305,7 @@ static void spare_hole(Graft *g, int t, int32_t *stack)
     g->drop[t] = 0;
     stack[n++] = t;
     for (int at = 0; at < n; at++) {
-        good = good && is_one_component(g, stack[at]) && !(g->plan->thorough && is_severe(g, stack[at]));
+        good = good && is_one_component(g, stack[at]) && !g->plan->wrong[component_of(g, stack[at])] && !(g->plan->thorough && is_severe(g, stack[at]));
         for (int h = 3 * stack[at]; h < 3 * stack[at] + 3; h++) {
             int u = m->opp[h] / 3;
             if (g->drop[u]) g->drop[u] = 0, stack[n++] = u;
@@ -296,7 +334,7 @@ static void match_pieces(Graft *g)
         trace_and_look(g, 0);
         match_closely(g);
         bool closed = stop_leaks(g, beside, &left);
-        if (closed && !find_whole(g)) break;
+        if (closed && !find_whole(g) && !graft_find_unbalanced(g)) break;
         for (int t = 0; t < ntri && !closed; t++) {
             if (!beside[t]) continue;
             if (left > 0) g->drop[t] = 1;
@@ -348,6 +386,7 @@ static void graft_free(Graft *g)
 {
     sheet_free(&g->sheet);
     mem_free(g->drop);
+    mem_free(g->near);
     mem_free(g->whole);
     mem_free(g->checked);
     mem_free(g->label);
@@ -369,10 +408,11 @@ static void leave_out_specks(Graft *g, uint8_t *speck)
 
 void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, MendStat *stat)
 {
-    Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
+    Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .near = NEW(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
                .checked = NEW(uint8_t, iso->ncomp), .label = NEW(int32_t, mesh->ntri),
                .pinned = NEW(int32_t, mesh->nvert), .seam_of = NEW(int32_t, 3 * mesh->ntri)};
-    memcpy(g.checked, plan->wrong, (size_t)iso->ncomp);
+    find_near(&g);
+    choose_checked(&g);
     find_drops(&g);
     match_pieces(&g);
     leave_out_specks(&g, speck);

@@ -7,6 +7,8 @@
  * topology by construction, wherever the mesh was wrong and whether or not a fault was found there, and a blend, a split, a
  * hole need no cases of their own. Of a component that matches only the faulty places are holes, with a ring around them, and the rest is
  * trusted: a patch must be closed by its hole's seams and have its topology, or the hole is widened, and at last left as it was.
+ * Of a component that does not match but is faulty, or leans, in few places only these are cut into pieces at first, if that gives it
+ * the isosurface's Euler characteristic.
  * Dropped vertices that lie soundly on the surface are put into the patches and keep their identities.
  *
  * (DESIGN's dual of a geodesic Voronoi diagram makes all of a component anew and puts old triangles back; here they are
@@ -19,7 +21,9 @@ typedef struct GraftPlan {
     const uint8_t *drop;  /* [mesh->ntri] triangles to be replaced: their faults, FAULT_... */
     const uint8_t *cell;  /* [iso->ncell] cells that a patch has to reach, beside those of the triangles dropped */
     const uint8_t *whole; /* [iso->ncomp] components to be made anew without a look at their mesh; those without any are, too */
-    const uint8_t *wrong; /* [iso->ncomp] components that do not match: all of their mesh is looked at */
+    const uint8_t *wrong; /* [iso->ncomp] components that do not match: all of their mesh is looked at, or */
+    bool locally;         /* what is dropped and what leans alone, if that is little and will do */
+    const uint8_t *lean;  /* [mesh->ntri] triangles near which the topology may differ */
     double edge;          /* wanted */
     bool survivors;       /* dropped vertices keep their identities where they lie soundly */
     bool thorough;        /* where a hole cannot be closed and holds triangles turned over or crossed, all of its component is

@@ -34,8 +34,9 @@ typedef struct Graft {
     const GraftPlan *plan;
     Mesh *mesh;
     uint8_t *drop;         /* [ntri] */
+    uint8_t *near;         /* [ntri] looked at, in a component that does not match, though not all of that may be */
     uint8_t *whole;        /* [ncomp] no triangle of theirs is kept */
-    uint8_t *checked;      /* [ncomp] every piece of their mesh is looked at: the others' are trusted outside the holes */
+    uint8_t *checked;      /* [ncomp] every piece of their mesh is looked at: the others' are trusted outside the holes and what is near */
     int32_t *label;        /* [ntri] */
     int nlabel;
     int32_t *pinned;       /* [nvert] sheet vertex or NONE */
@@ -62,6 +63,8 @@ bool graft_find_unsound(Graft *g);
 /* Patches that run into what was not looked at, end with the sheet, or are not like the holes they close: beside[ntri] is set for the
  * triangles on both sides of the seams between these holes and what was not looked at. Are there any? */
 bool graft_find_leaks(Graft *g, uint8_t *beside);
+/* Sets checked for the components that do not match, are not, and would not have their Euler characteristic with the patches. Are there any? */
+bool graft_find_unbalanced(Graft *g);
 /* Without leaks: sound pieces stay, and what the others, and the holes, stand for become the patches: drop is set for their
  * triangles, the sheet's regions are numbered, and the seams that are live lead along kept triangles, these to their left. */
 void graft_take(Graft *g);

@@ -354,11 +354,9 @@ static double distance_to_loop(const IsoSurface *iso, int loop, Vec3 p)
     return best;
 }
 
-int iso_loop_at(const IsoSurface *iso, Vec3 p)
+int iso_loop_in(const IsoSurface *iso, int cell, Vec3 p)
 {
-    int c = iso_cell_near(iso, p);
-    if (c == NONE) return NONE;
-    int first = iso->cell_loop[c], last = iso->cell_loop[c + 1], nearest = first;
+    int first = iso->cell_loop[cell], last = iso->cell_loop[cell + 1], nearest = first;
     if (last == first + 1) return first;
     double best = 1e300;
     Vec3 q = affine_to_index(&iso->field->xform, p);
@@ -369,6 +367,12 @@ int iso_loop_at(const IsoSurface *iso, Vec3 p)
     return nearest;
 }
 
+int iso_loop_at(const IsoSurface *iso, Vec3 p)
+{
+    int cell = iso_cell_near(iso, p);
+    return cell == NONE ? NONE : iso_loop_in(iso, cell, p);
+}
+
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
 {
     int c = iso_cell_near(iso, p);
@@ -377,7 +381,7 @@ int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure)
     int first = iso->cell_loop[c], comp = iso_loop_component(iso, first);
     for (int l = first + 1; l < iso->cell_loop[c + 1]; l++)
         if (iso_loop_component(iso, l) != comp) *sure = false;
-    return *sure ? comp : iso_loop_component(iso, iso_loop_at(iso, p));
+    return *sure ? comp : iso_loop_component(iso, iso_loop_in(iso, c, p));
 }
 
 bool iso_is_home(const void *ctx, int32_t home, Vec3 p)

@@ -37,6 +37,7 @@ void iso_free(IsoSurface *iso);
  * rounding put beside their cell, in a neighbour's. NONE: no crossed cell there. *sure: no other component is in that cell. */
 int iso_component_at(const IsoSurface *iso, Vec3 p, bool *sure);
 int iso_loop_at(const IsoSurface *iso, Vec3 p); /* that loop, or NONE */
+int iso_loop_in(const IsoSurface *iso, int cell, Vec3 p); /* of a crossed cell */
 static inline int iso_loop_component(const IsoSurface *iso, int loop) { return iso->loop_comp[loop]; }
 /* The crossed cell (dx, dy, dz) cells away from one that is crossed, or NONE. */
 int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz);

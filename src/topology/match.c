@@ -125,7 +125,7 @@ static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *regi
     for (int k = 0; k < n; k++) up[k] = k;
     for (int h = 0; h < 3 * s->ntri; h++) {
         int r = region->of[h / 3], t;
-        trusted[r] = !g->checked[s->home[s->corner[h]]];
+        trusted[r] = !g->checked[s->home[s->corner[h]]] && !g->plan->wrong[s->home[s->corner[h]]];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || g->label[t = mesh_side(g, h)] != LABEL_HOLE) continue;
         set_join(up, piece->of[t], piece->n + r);
     }
@@ -276,6 +276,57 @@ bool graft_find_leaks(Graft *g, uint8_t *beside)
         any = true;
     }
     mem_free(leak);
+    return any;
+}
+
+/* Does half-edge h of the sheet, which may be NONE, belong to what was looked at? */
+static bool is_looked_at(const Graft *g, int h)
+{
+    int who = h == NONE ? NOBODY : g->claims.owner[g->region.of[h / 3]];
+    return who != NOBODY && who != g->claims.far;
+}
+
+/* euler2[ncomp]: twice the Euler characteristic that each would have: of what of the mesh is not looked at, its borders with it, and of the
+ * sheet between those. */
+static void count_euler(const Graft *g, int32_t *euler2)
+{
+    const Mesh *m = g->mesh;
+    const Sheet *s = &g->sheet;
+    uint8_t *seen = NEW0(uint8_t, int_max(m->nvert, s->nvert));
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        int v = m->corner[h];
+        if (g->label[h / 3] != LABEL_FAR) continue;
+        euler2[g->plan->comp[v]] += (h % 3 ? 0 : 2) - (g->label[m->opp[h] / 3] == LABEL_FAR ? 1 : 2) + (seen[v] ? 0 : 2);
+        seen[v] = 1;
+    }
+    memset(seen, 0, (size_t)s->nvert);
+    for (int h = 0; h < 3 * s->ntri; h++)
+        if (is_looked_at(g, h) && !is_looked_at(g, s->opp[h])) seen[s->corner[h]] = seen[s->corner[he_next(h)]] = 1;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        int v = s->corner[h];
+        if (!is_looked_at(g, h)) continue;
+        euler2[s->home[v]] += (h % 3 ? 0 : 2) - (is_looked_at(g, s->opp[h]) ? 1 : 0) + (seen[v] ? 0 : 2);
+        seen[v] = 1;
+    }
+    mem_free(seen);
+}
+
+bool graft_find_unbalanced(Graft *g)
+{
+    const Sheet *s = &g->sheet;
+    bool any = false;
+    int32_t *euler2 = NEW0(int32_t, g->iso->ncomp);
+    uint8_t *ends = NEW0(uint8_t, g->iso->ncomp); /* what was looked at does so where the sheet does */
+    count_euler(g, euler2);
+    for (int h = 0; h < 3 * s->ntri; h++)
+        if (s->opp[h] == NONE && is_looked_at(g, h)) ends[s->home[s->corner[h]]] = 1;
+    for (int k = 0; k < g->iso->ncomp; k++) {
+        if (!g->plan->wrong[k] || g->checked[k] || g->whole[k] || (!ends[k] && euler2[k] == 2 * g->iso->comp_euler[k])) continue;
+        g->checked[k] = 1;
+        any = true;
+    }
+    mem_free(euler2);
+    mem_free(ends);
     return any;
 }
 

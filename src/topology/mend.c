@@ -213,7 +213,8 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     Map edges;
     int first = m->nvert;
     uint8_t *speck = NEW(uint8_t, iso->ncomp);
-    GraftPlan plan = {v->faults.comp, v->faults.tri, v->faults.cell, v->whole, v->wrong, opt->edge, round < ROUND_STRICT, v->thorough};
+    GraftPlan plan = {.comp = v->faults.comp, .drop = v->faults.tri, .cell = v->faults.cell, .whole = v->whole, .wrong = v->wrong, .locally = round == 0,
+                      .lean = v->faults.lean, .edge = opt->edge, .survivors = round < ROUND_STRICT, .thorough = v->thorough};
     remember_edges(m, &v->faults, &edges);
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
     graft_patches(iso, &plan, m, speck, stat);
@@ -279,11 +280,12 @@ static void split_crossed(const IsoSurface *iso, Mesh *m, double edge, Crossings
 
 void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat *stat)
 {
-    bool again = true;
+    bool again = true, crossed = true;
     for (int round = 0; again && round < ROUNDS; round++) {
         Verdict v;
         judge(iso, opt, m, round, &v);
         again = v.any;
+        crossed = again || v.faults.crossed > 0;
         if (v.crumbs && round > 1) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
@@ -291,9 +293,10 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (again && opt->crossings) untangle(iso, m, opt->edge, opt->crossings);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
+        if (opt->early && v.faults.any < FEW) again = false;
         verdict_free(&v);
     }
-    if (opt->crossings) split_crossed(iso, m, opt->edge, opt->crossings);
+    if (opt->crossings && crossed) split_crossed(iso, m, opt->edge, opt->crossings);
 }
 
 void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *mesh)

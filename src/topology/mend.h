@@ -33,6 +33,7 @@ typedef struct MendOptions {
     double edge;           /* wanted, world units */
     const uint8_t *frozen; /* [mesh->nvert] vertices that did not move since the last mend */
     Crossings *crossings;  /* mend triangles that run through one another as well; NULL: not */
+    bool early;            /* another mend of the frame follows: where little was wrong, it is left to that to look at what was mended */
 } MendOptions;
 
 /* `mesh` must be compact, and is afterwards; its positions are rounded to float32. Vertices outside patches keep their

@@ -195,23 +195,31 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
     map_free(&at);
 }
 
-/* Brings the mesh to the isosurface's topology. */
-static void audit_and_mend(Track *tr, const IsoSurface *iso, Crossings *crossings, FrameStat *stat)
+/* Brings the mesh to the isosurface's topology: before it is relaxed, and after, when what that may have spoilt is mended too. */
+static void audit_and_mend(Track *tr, const IsoSurface *iso, bool relaxed, FrameStat *stat)
 {
     double t0 = track_clock();
     Mesh *m = &tr->mesh;
-    int n = m->nvert;
+    int n = m->nvert, rounds = tr->mended.rounds;
     int32_t *id = NEW(int32_t, n);
     float *unrest = NEW(float, n);
     uint8_t *frozen = NEW(uint8_t, n), *moved = NEW(uint8_t, n);
     for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v], moved[v] = tr->moved[v];
-    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, crossings}, m, &tr->mended);
-    carry_columns(tr, n, id, unrest, frozen, moved);
+    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, relaxed ? &tr->crossings : NULL, !relaxed}, m, &tr->mended);
+    if (tr->mended.rounds > rounds) carry_columns(tr, n, id, unrest, frozen, moved);
     mem_free(id);
     mem_free(unrest);
     mem_free(frozen);
     mem_free(moved);
     stat->seconds.mend += track_clock() - t0;
+}
+
+/* Does nothing that the prediction met, nor the count of components and of their holes, speak against the mesh matching? Then relaxing
+ * may start from it as it is. */
+static bool may_match(const Track *tr, const IsoSurface *iso, const FrameStat *stat)
+{
+    const Mesh *m = &tr->mesh;
+    return stat->projections_lost + stat->inverted_found == 0 && m->nvert - m->ntri / 2 == stat->audit_euler && mesh_components(m, NULL, NULL) == iso->ncomp;
 }
 
 /* Specks stay as they are drawn. */
@@ -417,10 +425,10 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     const IsoSurface *iso = &tr->iso;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, iso, stat);
-    if (mend) audit_and_mend(tr, iso, NULL, stat);
+    if (mend && !may_match(tr, iso, stat)) audit_and_mend(tr, iso, false, stat);
     alter_and_relax(tr, iso, stat);
     round_positions(tr);
-    if (mend) audit_and_mend(tr, iso, &tr->crossings, stat); /* what relaxing may have spoilt */
+    if (mend) audit_and_mend(tr, iso, true, stat);
     remesh_remember_lengths(&tr->mesh);
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, iso, stat); /* a mesh just made has had no events */
     if (tr->set.rest) rest_settle(tr);
