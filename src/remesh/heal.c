@@ -96,7 +96,14 @@ static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
     return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
-static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t) && remesh_touches_zone(r, t) && inverted_with(r, t, NONE, vec3(0, 0, 0)); }
+static bool is_inverted(const Remesh *r, int t)
+{
+    const Mesh *m = r->mesh;
+    const int32_t *c = m->corner + 3 * t;
+    if (tri_is_dead(m, t) || !remesh_touches_zone(r, t)) return false;
+    Fitness f = triangle_fitness((Vec3[3]){m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){r->normal[c[0]], r->normal[c[1]], r->normal[c[2]]});
+    return f.facing < FACING_SURE && inverted_with(r, t, NONE, vec3(0, 0, 0));
+}
 
 /* What is wrong, looked for before any of it is put right: mostly nothing is. */
 typedef struct Search {

@@ -74,7 +74,7 @@ static bool find_place(const Remesh *r, int v, Vec3 *place, Vec3 *normal)
         if (v_dot(n, r->normal[v]) <= 0) continue;
         Fitness after = ring_fitness(r, v, p, n);
         if (after.quality < before.quality + GAIN || after.facing < real_min(LIMITS_EDIT.facing, before.facing)) continue;
-        double far = ring_deviation(r, v, p);
+        double far = after.facing >= FACING_SURE ? 0 : ring_deviation(r, v, p);
         if (far > LIMITS_EDIT.deviation_vox && far > ring_deviation(r, v, was)) continue;
         *place = p;
         *normal = n;

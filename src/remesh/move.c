@@ -46,7 +46,7 @@ static bool is_harmed(const MoveJob *job, int t)
     corners_of(r->mesh, t, r->mesh->pos, p);
     corners_of(r->mesh, t, r->normal, n);
     Fitness after = triangle_fitness(p, n);
-    double far = triangle_deviation(r->field, p);
+    double far = after.facing >= FACING_SURE ? 0 : triangle_deviation(r->field, p);
     if (fitness_allows(fitness_best(), after, &LIMITS_MOVE) && far <= LIMITS_MOVE.deviation_vox) return false;
     corners_of(r->mesh, t, job->old_pos, old_p);
     corners_of(r->mesh, t, job->old_normal, old_n);

@@ -17,6 +17,8 @@ extern const Limits LIMITS_EDIT, LIMITS_MOVE /* laxer, or tight places would fre
 #define DEVIATION_FAR_VOX 2.0     /* farther is not measured: where the gradient vanishes the estimate is worth nothing */
 #define DEVIATION_EDGE_VOX 1.0    /* triangles of shorter edges cannot deviate, and are not looked at */
 
+#define FACING_SURE 0.98          /* a triangle that faces as its corners' normals do to this degree lies along the surface: no need to sample it */
+
 enum { EDGE_LOCKED = 2 };    /* flagged by the step before */
 
 /* How good a set of triangles is: its worst. */
