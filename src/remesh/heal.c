@@ -48,8 +48,8 @@ static bool heal_by_collapse(Remesh *r, int t)
     for (int k = 0; k < 3; k++) {
         int h = 3 * t + k, a = he_from(m, h), b = he_to(m, h);
         if (!remesh_can_collapse(m, h)) continue;
-        Vec3 mid = v_mid(m->pos[a], m->pos[b]);
-        remesh_land_point(r, a, &mid, 0.5 * r->edge);
+        Vec3 mid = v_mid(m->pos[a], m->pos[b]), n;
+        remesh_land_point(r, a, &mid, 0.5 * r->edge, &n);
         Vec3 place[3] = {mid, m->pos[a], m->pos[b]};
         for (int i = 0; i < 3; i++) {
             if (count_ring(r, a, place[i], b) || count_ring(r, b, place[i], a)) continue;
@@ -63,9 +63,10 @@ static bool heal_by_collapse(Remesh *r, int t)
 
 static bool try_place(Remesh *r, int v, Vec3 p, int before)
 {
-    if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) return false;
+    Vec3 n;
+    if (!remesh_land_point(r, v, &p, 0.6 * r->edge, &n) || count_ring(r, v, p, NONE) >= before) return false;
     r->mesh->pos[v] = p;
-    r->normal[v] = remesh_normal_at(r, p);
+    r->normal[v] = n;
     return true;
 }
 
@@ -156,10 +157,10 @@ static bool move_home(Remesh *r, int v)
     int h = m->out[v], before = count_ring(r, v, m->pos[v], NONE);
     for (int i = 0; i < 4; i++)
         do {
-            Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i);
-            if (!remesh_land_point(r, v, &p, r->edge) || count_ring(r, v, p, NONE) > before) continue;
+            Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i), n;
+            if (!remesh_land_point(r, v, &p, r->edge, &n) || count_ring(r, v, p, NONE) > before) continue;
             m->pos[v] = p;
-            r->normal[v] = remesh_normal_at(r, p);
+            r->normal[v] = n;
             return true;
         } while ((h = he_around(m, h)) != m->out[v] && i > 0);
     return false;
@@ -196,10 +197,10 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen)
     parallel_for(nvert, GRAIN, search_astray, &(Search){r, frozen, wrong});
     for (int v = 0; v < nvert; v++) {
         if (!wrong[v] || vert_is_dead(m, v)) continue;
-        Vec3 p = m->pos[v];
-        if (remesh_land_point(r, v, &p, 0.5 * r->edge) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
+        Vec3 p = m->pos[v], n;
+        if (remesh_land_point(r, v, &p, 0.5 * r->edge, &n) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
             m->pos[v] = p;
-            r->normal[v] = remesh_normal_at(r, p);
+            r->normal[v] = n;
         } else {
             left += !move_home(r, v) && !collapse_home(r, v);
         }

@@ -68,9 +68,8 @@ static bool find_place(const Remesh *r, int v, Vec3 *place, Vec3 *normal)
     Fitness before = ring_fitness(r, v, was, r->normal[v]);
     Vec3 target = find_target(r, v);
     for (int k = 0; k < TRIES; k++) {
-        Vec3 p = v_mix(was, target, 1.0 / (1 << k));
-        if (is_poor(r, v, p, before.quality + GAIN) || !remesh_land_point(r, v, &p, REACH * r->edge)) continue;
-        Vec3 n = remesh_normal_at(r, p);
+        Vec3 p = v_mix(was, target, 1.0 / (1 << k)), n;
+        if (is_poor(r, v, p, before.quality + GAIN) || !remesh_land_point(r, v, &p, REACH * r->edge, &n)) continue;
         if (v_dot(n, r->normal[v]) <= 0) continue;
         Fitness after = ring_fitness(r, v, p, n);
         if (after.quality < before.quality + GAIN || after.facing < real_min(LIMITS_EDIT.facing, before.facing)) continue;

@@ -54,8 +54,8 @@ static inline bool remesh_touches_zone(const Remesh *r, int t)
 Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);
 /* The field's outward unit normal at p. */
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
-/* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p is as it was. */
-bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach);
+/* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p and its normal are as they were. */
+bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *normal);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);
