@@ -4,6 +4,8 @@
 
 #include "base/thread.h"
 
+#include <string.h>
+
 enum { PASSES = 3, TRIES = 3, GRAIN = 128 };
 #define POOR 0.87     /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
 #define GAIN 0.005
@@ -100,6 +102,18 @@ static void look_at(ImproveJob *job, int v)
     job->state[v] = better ? MOVES : STAYS;
 }
 
+/* Corners of poor triangles are to be looked at. */
+static void poor_block(void *ctx, int begin, int end)
+{
+    ImproveJob *job = ctx;
+    const Mesh *m = job->r->mesh;
+    for (int t = begin; t < end; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        if (tri_is_dead(m, t) || triangle_quality(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]) >= POOR) continue;
+        for (int k = 0; k < 3; k++) __atomic_store_n(&job->state[c[k]], LOOK, __ATOMIC_RELAXED);
+    }
+}
+
 static void look_block(void *ctx, int begin, int end)
 {
     ImproveJob *job = ctx;
@@ -122,7 +136,9 @@ void remesh_improve(Remesh *r, const uint8_t *held)
 {
     int n = r->mesh->nvert;
     bool moved = true;
-    ImproveJob job = {r, held, NEW0(uint8_t, n), NEW(Vec3, n), NEW(Vec3, n)};
+    ImproveJob job = {r, held, NEW(uint8_t, n), NEW(Vec3, n), NEW(Vec3, n)};
+    memset(job.state, STAYS, (size_t)n);
+    parallel_for(r->mesh->ntri, GRAIN, poor_block, &job);
     for (int k = 0; k < PASSES && moved; k++) {
         moved = false;
         parallel_for(n, GRAIN, look_block, &job);
