@@ -65,3 +65,24 @@ char *mem_text(const char *s)
     size_t n = strlen(s) + 1;
     return memcpy(mem_alloc(n, 1), s, n);
 }
+
+double real_select(double *x, int n, int k)
+{
+    ASSERT(k >= 0 && k < n);
+    for (int lo = 0, hi = n - 1; lo < hi;) { /* Hoare's: what is below the pivot to the left */
+        double pivot = x[lo + (hi - lo) / 2];
+        int i = lo, j = hi;
+        while (i <= j) {
+            while (x[i] < pivot) i++;
+            while (pivot < x[j]) j--;
+            if (i > j) break;
+            double y = x[i];
+            x[i++] = x[j];
+            x[j--] = y;
+        }
+        if (k <= j) hi = j;
+        else if (k >= i) lo = i;
+        else break;
+    }
+    return x[k];
+}

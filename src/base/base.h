@@ -66,3 +66,5 @@ static inline int int_clamp(int x, int lo, int hi) { return x < lo ? lo : x > hi
 static inline double real_min(double a, double b) { return a < b ? a : b; }
 static inline double real_max(double a, double b) { return a > b ? a : b; }
 static inline double real_clamp(double x, double lo, double hi) { return x < lo ? lo : x > hi ? hi : x; }
+/* The value that would be x[k] if x[n] were sorted; x gets another order. */
+double real_select(double *x, int n, int k);

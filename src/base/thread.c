@@ -13,10 +13,11 @@ static struct {
     pthread_t thread[THREAD_MAX];
     int want, running;
     bool stop;
-    ThreadJob *first; /* jobs that threads may take blocks of, the oldest first */
+    ThreadJob *first; /* jobs that threads may take blocks of: those of tasks come last, else the oldest first */
 } pool = {.lock = PTHREAD_MUTEX_INITIALIZER, .changed = PTHREAD_COND_INITIALIZER, .want = 1};
 
 static _Thread_local bool alone;
+static _Thread_local bool aside; /* at work on a task */
 
 void thread_alone(void) { alone = true; }
 
@@ -40,7 +41,8 @@ int thread_count(void) { return pool.want; }
 static void list_job(ThreadJob *job)
 {
     ThreadJob **at = &pool.first;
-    while (*at) at = &(*at)->after;
+    while (*at && (job->aside || !(*at)->aside)) at = &(*at)->after;
+    job->after = *at;
     *at = job;
     pthread_cond_broadcast(&pool.changed);
 }
@@ -63,18 +65,21 @@ static void run_block(ThreadJob *job)
 {
     int begin = job->next;
     int end = job->n - begin > job->grain ? begin + job->grain : job->n;
+    bool was_aside = aside;
     job->next = end;
     job->busy++;
     pthread_mutex_unlock(&pool.lock);
+    aside = job->aside;
     job->fn(job->ctx, begin, end);
+    aside = was_aside;
     pthread_mutex_lock(&pool.lock);
     if (--job->busy == 0 && job->next >= job->n) pthread_cond_broadcast(&pool.changed);
 }
 
-/* Works on the job, then waits for those inside it; `help`: and works on others' meanwhile. */
+/* Works on the job, or on what is more urgent, then waits for those inside it; `help`: and works on others' meanwhile. */
 static void finish_job(ThreadJob *job, bool help)
 {
-    while (job->next < job->n) run_block(job);
+    while (job->next < job->n) run_block(find_open_job());
     while (job->busy) {
         ThreadJob *other = help ? find_open_job() : NULL;
         if (other) run_block(other);
@@ -114,7 +119,7 @@ void parallel_for(int n, int grain, ParallelFn *fn, void *ctx)
         for (int i = 0; i < n; i += grain) fn(ctx, i, n - i > grain ? i + grain : n);
         return;
     }
-    ThreadJob job = {.fn = fn, .ctx = ctx, .n = n, .grain = grain};
+    ThreadJob job = {.fn = fn, .ctx = ctx, .n = n, .grain = grain, .aside = aside};
     pthread_mutex_lock(&pool.lock);
     start_workers();
     list_job(&job);
@@ -132,7 +137,7 @@ static void run_task(void *ctx, int begin, int end)
 void task_start(Task *t, void (*fn)(void *ctx), void *ctx)
 {
     ASSERT(!alone && !t->started);
-    *t = (Task){.job = {.fn = run_task, .n = 1, .grain = 1}, .fn = fn, .ctx = ctx};
+    *t = (Task){.job = {.fn = run_task, .n = 1, .grain = 1, .aside = true}, .fn = fn, .ctx = ctx};
     if (pool.want == 1) {
         fn(ctx);
         return;

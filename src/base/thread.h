@@ -6,7 +6,8 @@
  * sums are kept a block and added in block order. fn may not fail. It may be called from within a block or a task; on
  * threads that thread_alone was called on it runs there, block by block.
  *
- * A task is one call of fn beside the caller's own work: on another of the threads, or with one thread alone on the spot. */
+ * A task is one call of fn beside the caller's own work: on another of the threads, or with one thread alone on the spot. Its
+ * parallel_for comes after the caller's, whose blocks are taken between its own: they are what somebody waits for. */
 #pragma once
 #include <stdbool.h>
 
@@ -20,6 +21,7 @@ typedef struct ThreadJob {
     int n, grain;
     int next;          /* the first item nobody has taken */
     int busy;          /* threads inside a block of it */
+    bool aside;        /* a task, or part of one */
     struct ThreadJob *after; /* in the pool's list */
 } ThreadJob;
 

@@ -98,7 +98,9 @@ int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 /* The same on the blend (1 - t) a + t b, to a hundredth of a voxel; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 
-/* The same of one point down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where
+/* As field_project, of one point; the outward unit normal there is right to a fiftieth of a voxel. False: lost, it stays. */
+bool field_land(const Field *f, Vec3 *p, double reach, Vec3 *normal);
+/* The same down the cells' own gradients, for those who measure: it lands nearer to where it came from, and where
  * the smooth gradient lies; but neighbours may part at a cell's face. False: lost, it stays. */
 bool field_drop(const Field *f, Vec3 *p, double reach);
 

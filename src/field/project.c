@@ -10,6 +10,7 @@ enum { NEWTON_MAX = 24, ROOT_MAX = 60, GRAIN = 512 };
 #define CAST_STEP_VOX 0.25
 #define OVERSHOOT 1.05        /* of a Newton step: from a bracket on, no more gradients are wanted */
 #define ROOT_VOX 1e-6         /* how near to its root a point comes, to first order; what float32 positions hold */
+#define NORMAL_VOX 0.02       /* as far from where it was taken a gradient serves for a normal */
 #define BLEND_ROOT_VOX 0.01   /* the same in a blend, from which points go on */
 
 /* The function followed: a alone, or the blend (1 - t) a + t b. */
@@ -71,16 +72,24 @@ static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq)
     return fabs(Fp) < fabs(Fq) ? p : q;
 }
 
-static Landing project_one(const Blend *f, Vec3 *p, double reach)
+/* A gradient and where it was taken. */
+typedef struct Slope {
+    Vec3 at, g;
+} Slope;
+
+/* last: the last gradient followed. */
+static Landing project_one(const Blend *f, Vec3 *p, double reach, Slope *last)
 {
     const double voxel = f->a->voxel;
     Vec3 q = *p;
     Place at;
+    last->at = vec3(INFINITY, INFINITY, INFINITY);
     double F = blend_value(f, q, &at);
     for (int k = 0; k < NEWTON_MAX && is_known(&at); k++) {
         if (F == 0) return *p = q, LANDED;
         Vec3 g = blend_gradient(f, &at);
         double g2 = v_len2(g);
+        *last = (Slope){q, g};
         if (!(g2 > 0)) return LANDING_LOST;
         double len = fabs(F) / sqrt(g2) * OVERSHOOT + f->near;
         Vec3 next = v_axpy(q, (F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * voxel) / sqrt(g2), g);
@@ -124,9 +133,22 @@ bool field_drop(const Field *f, Vec3 *p, double reach)
 {
     const Blend one = {.a = f, .cell = true, .near = ROOT_VOX * f->voxel};
     Vec3 from = *p;
-    uint8_t status = (uint8_t)project_one(&one, p, reach);
+    uint8_t status = (uint8_t)project_one(&one, p, reach, &(Slope){0});
     if (f->exact.sample) exact_land(f, 1, &from, p, &status);
     return status == LANDED;
+}
+
+bool field_land(const Field *f, Vec3 *p, double reach, Vec3 *normal)
+{
+    const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
+    const uint8_t landed = LANDED;
+    Vec3 from = *p;
+    Slope last;
+    if (project_one(&one, p, reach, &last) != LANDED) return false;
+    if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
+    if (f->exact.sample || v_dist(*p, last.at) > NORMAL_VOX * f->voxel) field_normals(f, 1, p, normal);
+    else *normal = v_scale(last.g, -1 / v_len(last.g));
+    return true;
 }
 
 typedef struct Job {
@@ -146,7 +168,7 @@ static void project_block(void *ctx, int begin, int end)
     int lost = 0;
     for (int i = begin; i < end; i++) {
         from[i - begin] = job->p[i];
-        Landing l = project_one(&job->blend, &job->p[i], job->reach);
+        Landing l = project_one(&job->blend, &job->p[i], job->reach, &(Slope){0});
         lost += l != LANDED;
         status[i - begin] = (uint8_t)l;
         if (job->status) job->status[i] = (uint8_t)l;

@@ -76,44 +76,46 @@ static void pass_product(void *ctx, int begin, int end)
     cg->sum[begin / MECHANICS_GRAIN][0] = pq;
 }
 
-/* x += alpha p, r = S (r - alpha q), z = M r; z takes q's place. Filtering the sum rather than q leaves no rounding
- * along the normals to pile up in r. */
-static void pass_update(void *ctx, int begin, int end)
-{
-    Pass *ps = ctx;
-    Cg *cg = ps->cg;
-    double alpha = ps->alpha, rr = 0, rz = 0;
-    for (int v = begin; v < end; v++) {
-        cg->x[v] = v_axpy(cg->x[v], alpha, cg->p[v]);
-        Vec3 r = sym_mul(&cg->s[v], v_axpy(cg->r[v], -alpha, cg->q[v]));
-        Vec3 z = v_scale(r, cg->pre[v]);
-        cg->r[v] = r;
-        cg->q[v] = z;
-        rr += v_len2(r);
-        rz += v_dot(r, z);
-    }
-    double *sum = cg->sum[begin / MECHANICS_GRAIN];
-    sum[0] = rr;
-    sum[1] = rz;
-    sum[2] = 0;
-}
-
+/* x += alpha p. */
 static void pass_move(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
     for (int v = begin; v < end; v++) ps->cg->x[v] = v_axpy(ps->cg->x[v], ps->alpha, ps->cg->p[v]);
 }
 
-/* The true residual r = S (b - A x) after elastic_apply(x): the recurrence does not know what eq. 4 did to x.
- * The third sum, z . r_old, makes beta that of Polak and Ribiere, which forgets directions that no longer serve. */
-static void pass_residual(void *ctx, int begin, int end)
+/* q again where eq. 4 made the step another one. */
+static void pass_product_near(void *ctx, int begin, int end)
+{
+    Pass *ps = ctx;
+    for (int i = begin; i < end; i++) {
+        int v = ps->sh->near_vert[i];
+        ps->cg->q[v] = v_axpy(ps->cg->p[v], ps->el->set->dt, elastic_gather(ps->el, v));
+    }
+}
+
+/* Eq. 4 moves the sharp vertices of x by m: as if p had been p + m / alpha, and q = A p with it. A residual that did not know
+ * of it would be wrong. */
+static void correct(Pass *ps, Sharp *sh)
+{
+    Cg *cg = ps->cg;
+    sharp_correct(sh, ps->el, cg->x);
+    if (!(ps->alpha > 0)) ps->alpha = 1; /* p is 0 then */
+    for (int i = 0; i < sh->nvert; i++) cg->p[sh->vert[i]] = v_axpy(cg->p[sh->vert[i]], 1 / ps->alpha, sh->move[i]);
+    elastic_apply(ps->el, cg->p, sh->nnear, sh->near);
+    parallel_for(sh->nnear_vert, MECHANICS_GRAIN, pass_product_near, ps);
+    for (int i = 0; i < sh->nvert; i++) cg->p[sh->vert[i]] = v_axpy(cg->p[sh->vert[i]], -1 / ps->alpha, sh->move[i]);
+}
+
+/* r = S (r - alpha q), z = M r; z takes q's place. Filtering the sum rather than q leaves no rounding along the normals to
+ * pile up in r. The third sum, z . r_old, makes beta that of Polak and Ribiere, which forgets directions that no longer
+ * serve: without eq. 4 it is 0. */
+static void pass_update(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
     Cg *cg = ps->cg;
-    double dt = ps->el->set->dt, rr = 0, rz = 0, zo = 0;
+    double alpha = ps->alpha, rr = 0, rz = 0, zo = 0;
     for (int v = begin; v < end; v++) {
-        Vec3 ax = v_axpy(cg->x[v], dt, elastic_gather(ps->el, v));
-        Vec3 r = sym_mul(&cg->s[v], v_sub(cg->b[v], ax));
+        Vec3 r = sym_mul(&cg->s[v], v_axpy(cg->r[v], -alpha, cg->q[v]));
         Vec3 z = v_scale(r, cg->pre[v]);
         rr += v_len2(r);
         rz += v_dot(r, z);
@@ -149,18 +151,13 @@ CgStat cg_solve(Cg *cg, Elastic *el, Sharp *sh)
 
     const double goal = set->cg_tolerance * set->cg_tolerance * first;
     while (st.iterations < set->cg_iterations && !(set->cg_tolerance > 0 && rr <= goal)) {
-        elastic_apply(el, cg->p);
+        elastic_apply(el, cg->p, el->nelem, NULL);
         run(&ps, pass_product);
         double pq = total(cg, n, 0);
         ps.alpha = pq > 0 ? rz / pq : 0;
-        if (sh->nvert > 0) {
-            run(&ps, pass_move);
-            sharp_correct(sh, el, cg->x);
-            elastic_apply(el, cg->x);
-            run(&ps, pass_residual);
-        } else {
-            run(&ps, pass_update);
-        }
+        run(&ps, pass_move);
+        if (sh->nvert > 0) correct(&ps, sh);
+        run(&ps, pass_update);
         double old = rz;
         rr = total(cg, n, 0);
         rz = total(cg, n, 1);

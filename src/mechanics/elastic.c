@@ -162,6 +162,7 @@ void elastic_free(Elastic *el)
 typedef struct Apply {
     Elastic *el;
     const Vec3 *d;
+    const int32_t *only; /* [] the elements; NULL: all */
 } Apply;
 
 static void apply_triangles(void *ctx, int begin, int end)
@@ -171,7 +172,8 @@ static void apply_triangles(void *ctx, int begin, int end)
     const Vec3 *d = ap->d;
     double k[6][6]; /* a copy nobody else can write to: it stays in registers */
     memcpy(k, el->k, sizeof k);
-    for (int e = begin; e < end; e++) {
+    for (int i = begin; i < end; i++) {
+        int e = ap->only ? ap->only[i] : i;
         const int32_t *c = el->node + 3 * e;
         element_apply(k, &el->frame[e], d[c[0]], d[c[1]], d[c[2]], el->part + 3 * e);
     }
@@ -181,15 +183,16 @@ static void apply_springs(void *ctx, int begin, int end)
 {
     const Apply *ap = ctx;
     const Elastic *el = ap->el;
-    for (int e = begin; e < end; e++) {
+    for (int i = begin; i < end; i++) {
+        int e = ap->only ? ap->only[i] : i;
         const int32_t *c = el->node + 2 * e;
         spring_apply(&el->spring[e], ap->d[c[0]], ap->d[c[1]], el->part + 2 * e);
     }
 }
 
-void elastic_apply(Elastic *el, const Vec3 *d)
+void elastic_apply(Elastic *el, const Vec3 *d, int n, const int32_t *only)
 {
-    parallel_for(el->nelem, MECHANICS_GRAIN, el->arity == 3 ? apply_triangles : apply_springs, &(Apply){el, d});
+    parallel_for(n, MECHANICS_GRAIN, el->arity == 3 ? apply_triangles : apply_springs, &(Apply){el, d, only});
 }
 
 double elastic_diagonal(const Elastic *el, int v)

@@ -3,7 +3,7 @@
 MechanicsSettings mechanics_defaults(void)
 {
     return (MechanicsSettings){.kind = MECHANICS_FEM, .young = 1000, .poisson = 0.3, .spring = 100, .dt = 0.04,
-                               .rest = 1, .cg_iterations = 10, .cg_tolerance = 1e-2, .sharp = true};
+                               .rest = 1, .cg_iterations = 7, .cg_tolerance = 1e-2, .sharp = true};
 }
 
 static MechanicsScratch *scratch_of(Mechanics *mech)

@@ -128,8 +128,8 @@ typedef struct Elastic {
 /* Sets up the model and leaves the elements' forces in `part`. prob->frozen is heeded unless `all`. */
 void elastic_build(Elastic *el, const MechanicsSettings *set, const MechanicsProblem *prob, bool all);
 void elastic_free(Elastic *el);
-/* part = -df/dx d of every element; d[nfree+1] with d[nfree] = 0. */
-void elastic_apply(Elastic *el, const Vec3 *d);
+/* part = -df/dx d of the n elements only[n], or of the first n where that is NULL; d[nfree+1] with d[nfree] = 0. */
+void elastic_apply(Elastic *el, const Vec3 *d, int n, const int32_t *only);
 /* What -df/dx puts on a free vertex's diagonal: the mean over the directions of the tangent plane. */
 double elastic_diagonal(const Elastic *el, int v);
 
@@ -158,14 +158,18 @@ typedef struct Sharp {
     Vec3 *ridge;     /* [nfree] unit direction, of ridge vertices */
     int32_t *node;   /* [3*ntri] free vertices of the triangles */
     Incidence inc;   /* of node */
-    int cap_vert, cap_node;
+    int nnear;       /* elements of sharp vertices, */
+    int32_t *near;   /* [nnear] */
+    int nnear_vert;  /* and the free vertices of those */
+    int32_t *near_vert; /* [nnear_vert] */
+    int cap_vert, cap_node, cap_near, cap_near_vert;
 } Sharp;
 
 /* Finds the sharp vertices: none when set->sharp is off or there are no triangle normals. */
 void sharp_build(Sharp *sh, const Elastic *el);
 /* The filter S of a free vertex: I - n n^T, t t^T along a ridge, 0 at a corner. */
 Sym3 sharp_filter(const Sharp *sh, int v, Vec3 normal);
-/* Moves the iterate x[nfree] of the sharp vertices by eq. 4. All see the same x: no order. */
+/* Moves the iterate x[nfree] of the sharp vertices by eq. 4, which is left in `move`. All see the same x: no order. */
 void sharp_correct(Sharp *sh, const Elastic *el, Vec3 *x);
 void sharp_free(Sharp *sh);
 

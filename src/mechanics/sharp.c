@@ -66,6 +66,31 @@ static void pass_kind(void *ctx, int begin, int end)
         sh->kind[v] = is_smooth(sh, prob, v) ? SHARP_NOT : (uint8_t)kind_of(sh, prob, v, &sh->ridge[v]);
 }
 
+/* What a move of the sharp vertices reaches. */
+static void find_near(Sharp *sh, const Elastic *el)
+{
+    uint8_t *seen = NEW0(uint8_t, el->nelem), *seen_vert = NEW0(uint8_t, el->nfree + 1);
+    sh->nnear = sh->nnear_vert = 0;
+    for (int i = 0; i < sh->nvert; i++)
+        for (int k = el->inc.first[sh->vert[i]]; k < el->inc.first[sh->vert[i] + 1]; k++) {
+            int e = el->inc.slot[k] / el->arity;
+            if (seen[e]) continue;
+            seen[e] = 1;
+            RESERVE(sh->near, sh->cap_near, sh->nnear + 1);
+            sh->near[sh->nnear++] = e;
+        }
+    seen_vert[el->nfree] = 1; /* the frozen */
+    for (int i = 0; i < el->arity * sh->nnear; i++) {
+        int v = el->node[el->arity * sh->near[i / el->arity] + i % el->arity];
+        if (seen_vert[v]) continue;
+        seen_vert[v] = 1;
+        RESERVE(sh->near_vert, sh->cap_near_vert, sh->nnear_vert + 1);
+        sh->near_vert[sh->nnear_vert++] = v;
+    }
+    mem_free(seen);
+    mem_free(seen_vert);
+}
+
 void sharp_build(Sharp *sh, const Elastic *el)
 {
     const MechanicsProblem *prob = el->prob;
@@ -85,6 +110,7 @@ void sharp_build(Sharp *sh, const Elastic *el)
     parallel_for(el->nfree, MECHANICS_GRAIN, pass_kind, &(Pass){sh, el, NULL});
     for (int v = 0; v < el->nfree; v++)
         if (sh->kind[v] != SHARP_NOT) sh->vert[sh->nvert++] = v;
+    if (sh->nvert) find_near(sh, el);
 }
 
 Sym3 sharp_filter(const Sharp *sh, int v, Vec3 normal)
@@ -138,5 +164,7 @@ void sharp_free(Sharp *sh)
     mem_free(sh->node);
     mem_free(sh->inc.first);
     mem_free(sh->inc.slot);
+    mem_free(sh->near);
+    mem_free(sh->near_vert);
     *sh = (Sharp){0};
 }

@@ -81,8 +81,16 @@ static void add_pairs(Crossings *c, const Mesh *m, const uint8_t *look)
     mem_free(pair);
 }
 
+static bool is_same(const Crossings *c, const Mesh *m)
+{
+    if (c->nvert != m->nvert || c->ntri != m->ntri || m->ntri == 0) return false;
+    return !memcmp(c->id, m->id, (size_t)m->nvert * sizeof *c->id) && !memcmp(c->corner, m->corner, 3 * (size_t)m->ntri * sizeof *c->corner) &&
+           !memcmp(c->pos, m->pos, (size_t)m->nvert * sizeof *c->pos);
+}
+
 int crossings_find(Crossings *c, const Mesh *m)
 {
+    if (is_same(c, m)) return c->n;
     int32_t *to = NEW(int32_t, c->ntri);
     uint8_t *look = NEW(uint8_t, m->ntri);
     int fresh = find_tris(c, m, to, look);

@@ -2,13 +2,21 @@
 
 #define WANTED_LOSS 0.15 /* of quality, that an edge wanted may cost: less than the gain for which it would be flipped back */
 
-/* Would the other diagonal of the quad a d b c around h make its worse triangle better by `gain`? */
-static bool gains(const Remesh *r, int h, double gain)
+/* Of a triangle, asked for by each of its edges: quality[ntri] holds what was found before, else -1. */
+static double quality_of(const Mesh *m, int t, double *quality)
 {
-    const Mesh *m = r->mesh;
+    const int32_t *c = m->corner + 3 * t;
+    if (quality[t] < 0) quality[t] = triangle_quality(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+    return quality[t];
+}
+
+/* Would the other diagonal of the quad a d b c around h make its worse triangle better by `gain`? */
+static bool gains(const Mesh *m, int h, double gain, double *quality)
+{
+    double least = real_min(quality_of(m, h / 3, quality), quality_of(m, m->opp[h] / 3, quality)) + gain;
+    if (least > 1) return false;
     Vec3 a = m->pos[he_from(m, h)], b = m->pos[he_to(m, h)], c = m->pos[m->corner[he_prev(h)]], d = m->pos[m->corner[he_prev(m->opp[h])]];
-    double least = real_min(triangle_quality(a, b, c), triangle_quality(b, a, d)) + gain;
-    return least <= 1 && triangle_quality(d, c, a) >= least && triangle_quality(c, d, b) >= least;
+    return triangle_quality(d, c, a) >= least && triangle_quality(c, d, b) >= least;
 }
 
 /* What the quad a d b c around h looks like with either diagonal. */
@@ -49,17 +57,21 @@ int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
 {
     Mesh *m = r->mesh;
     int flips = 0;
+    double *quality = NEW(double, m->ntri);
+    for (int t = 0; t < m->ntri; t++) quality[t] = -1;
     for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
         int h = remesh_scope_half(r, i);
-        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h) || !gains(r, h, gain)) continue;
+        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h) || !gains(m, h, gain, quality)) continue;
         Fitness now, then;
         double length;
         compare_diagonals(r, h, &now, &then, &length);
         if (length > limits->longest * r->edge) continue;
         if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) continue;
+        quality[h / 3] = quality[m->opp[h] / 3] = -1;
         mesh_flip_edge(m, h);
         flips++;
     }
+    mem_free(quality);
     return flips;
 }
 

@@ -48,8 +48,8 @@ static bool heal_by_collapse(Remesh *r, int t)
     for (int k = 0; k < 3; k++) {
         int h = 3 * t + k, a = he_from(m, h), b = he_to(m, h);
         if (!remesh_can_collapse(m, h)) continue;
-        Vec3 mid = v_mid(m->pos[a], m->pos[b]);
-        remesh_land_point(r, a, &mid, 0.5 * r->edge);
+        Vec3 mid = v_mid(m->pos[a], m->pos[b]), n;
+        remesh_land_point(r, a, &mid, 0.5 * r->edge, &n);
         Vec3 place[3] = {mid, m->pos[a], m->pos[b]};
         for (int i = 0; i < 3; i++) {
             if (count_ring(r, a, place[i], b) || count_ring(r, b, place[i], a)) continue;
@@ -63,9 +63,10 @@ static bool heal_by_collapse(Remesh *r, int t)
 
 static bool try_place(Remesh *r, int v, Vec3 p, int before)
 {
-    if (!remesh_land_point(r, v, &p, 0.6 * r->edge) || count_ring(r, v, p, NONE) >= before) return false;
+    Vec3 n;
+    if (!remesh_land_point(r, v, &p, 0.6 * r->edge, &n) || count_ring(r, v, p, NONE) >= before) return false;
     r->mesh->pos[v] = p;
-    r->normal[v] = remesh_normal_at(r, p);
+    r->normal[v] = n;
     return true;
 }
 
@@ -96,7 +97,14 @@ static bool is_frozen(const Remesh *r, int t, const uint8_t *frozen)
     return is_held(r, c[0], frozen) && is_held(r, c[1], frozen) && is_held(r, c[2], frozen);
 }
 
-static bool is_inverted(const Remesh *r, int t) { return !tri_is_dead(r->mesh, t) && remesh_touches_zone(r, t) && inverted_with(r, t, NONE, vec3(0, 0, 0)); }
+static bool is_inverted(const Remesh *r, int t)
+{
+    const Mesh *m = r->mesh;
+    const int32_t *c = m->corner + 3 * t;
+    if (tri_is_dead(m, t) || !remesh_touches_zone(r, t)) return false;
+    Fitness f = triangle_fitness((Vec3[3]){m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){r->normal[c[0]], r->normal[c[1]], r->normal[c[2]]});
+    return f.facing < FACING_SURE && inverted_with(r, t, NONE, vec3(0, 0, 0));
+}
 
 /* What is wrong, looked for before any of it is put right: mostly nothing is. */
 typedef struct Search {
@@ -150,10 +158,10 @@ static bool move_home(Remesh *r, int v)
     int h = m->out[v], before = count_ring(r, v, m->pos[v], NONE);
     for (int i = 0; i < 4; i++)
         do {
-            Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i);
-            if (!remesh_land_point(r, v, &p, r->edge) || count_ring(r, v, p, NONE) > before) continue;
+            Vec3 p = i == 0 ? mean : v_mix(m->pos[he_to(m, h)], mean, 0.75 - 0.2 * i), n;
+            if (!remesh_land_point(r, v, &p, r->edge, &n) || count_ring(r, v, p, NONE) > before) continue;
             m->pos[v] = p;
-            r->normal[v] = remesh_normal_at(r, p);
+            r->normal[v] = n;
             return true;
         } while ((h = he_around(m, h)) != m->out[v] && i > 0);
     return false;
@@ -190,10 +198,10 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen)
     parallel_for(nvert, GRAIN, search_astray, &(Search){r, frozen, wrong});
     for (int v = 0; v < nvert; v++) {
         if (!wrong[v] || vert_is_dead(m, v)) continue;
-        Vec3 p = m->pos[v];
-        if (remesh_land_point(r, v, &p, 0.5 * r->edge) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
+        Vec3 p = m->pos[v], n;
+        if (remesh_land_point(r, v, &p, 0.5 * r->edge, &n) && count_ring(r, v, p, NONE) <= count_ring(r, v, m->pos[v], NONE)) {
             m->pos[v] = p;
-            r->normal[v] = remesh_normal_at(r, p);
+            r->normal[v] = n;
         } else {
             left += !move_home(r, v) && !collapse_home(r, v);
         }

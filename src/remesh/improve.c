@@ -4,6 +4,8 @@
 
 #include "base/thread.h"
 
+#include <string.h>
+
 enum { PASSES = 3, TRIES = 3, GRAIN = 128 };
 #define POOR 0.87     /* an isosceles triangle with an angle of 33 degrees has 0.82 or 0.66 */
 #define GAIN 0.005
@@ -68,13 +70,12 @@ static bool find_place(const Remesh *r, int v, Vec3 *place, Vec3 *normal)
     Fitness before = ring_fitness(r, v, was, r->normal[v]);
     Vec3 target = find_target(r, v);
     for (int k = 0; k < TRIES; k++) {
-        Vec3 p = v_mix(was, target, 1.0 / (1 << k));
-        if (is_poor(r, v, p, before.quality + GAIN) || !remesh_land_point(r, v, &p, REACH * r->edge)) continue;
-        Vec3 n = remesh_normal_at(r, p);
+        Vec3 p = v_mix(was, target, 1.0 / (1 << k)), n;
+        if (is_poor(r, v, p, before.quality + GAIN) || !remesh_land_point(r, v, &p, REACH * r->edge, &n)) continue;
         if (v_dot(n, r->normal[v]) <= 0) continue;
         Fitness after = ring_fitness(r, v, p, n);
         if (after.quality < before.quality + GAIN || after.facing < real_min(LIMITS_EDIT.facing, before.facing)) continue;
-        double far = ring_deviation(r, v, p);
+        double far = after.facing >= FACING_SURE ? 0 : ring_deviation(r, v, p);
         if (far > LIMITS_EDIT.deviation_vox && far > ring_deviation(r, v, was)) continue;
         *place = p;
         *normal = n;
@@ -101,6 +102,18 @@ static void look_at(ImproveJob *job, int v)
     job->state[v] = better ? MOVES : STAYS;
 }
 
+/* Corners of poor triangles are to be looked at. */
+static void poor_block(void *ctx, int begin, int end)
+{
+    ImproveJob *job = ctx;
+    const Mesh *m = job->r->mesh;
+    for (int t = begin; t < end; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        if (tri_is_dead(m, t) || triangle_quality(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]) >= POOR) continue;
+        for (int k = 0; k < 3; k++) __atomic_store_n(&job->state[c[k]], LOOK, __ATOMIC_RELAXED);
+    }
+}
+
 static void look_block(void *ctx, int begin, int end)
 {
     ImproveJob *job = ctx;
@@ -123,7 +136,9 @@ void remesh_improve(Remesh *r, const uint8_t *held)
 {
     int n = r->mesh->nvert;
     bool moved = true;
-    ImproveJob job = {r, held, NEW0(uint8_t, n), NEW(Vec3, n), NEW(Vec3, n)};
+    ImproveJob job = {r, held, NEW(uint8_t, n), NEW(Vec3, n), NEW(Vec3, n)};
+    memset(job.state, STAYS, (size_t)n);
+    parallel_for(r->mesh->ntri, GRAIN, poor_block, &job);
     for (int k = 0; k < PASSES && moved; k++) {
         moved = false;
         parallel_for(n, GRAIN, look_block, &job);

@@ -25,11 +25,8 @@ static void move_block(void *ctx, int begin, int end)
     Remesh *r = job->r;
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(r->mesh, v) || (job->frozen && job->frozen[v]) || !remesh_in_zone(r, v)) continue;
-        Vec3 p = job->target[v];
-        job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge);
-        if (job->stays[v]) continue;
-        Vec3 n = remesh_normal_at(r, p);
-        job->stays[v] = v_dot(n, job->old_normal[v]) <= 0; /* another sheet */
+        Vec3 p = job->target[v], n;
+        job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge, &n) || v_dot(n, job->old_normal[v]) <= 0; /* another sheet */
         if (job->stays[v]) continue;
         r->mesh->pos[v] = p;
         r->normal[v] = n;
@@ -48,7 +45,7 @@ static bool is_harmed(const MoveJob *job, int t)
     corners_of(r->mesh, t, r->mesh->pos, p);
     corners_of(r->mesh, t, r->normal, n);
     Fitness after = triangle_fitness(p, n);
-    double far = triangle_deviation(r->field, p);
+    double far = after.facing >= FACING_SURE ? 0 : triangle_deviation(r->field, p);
     if (fitness_allows(fitness_best(), after, &LIMITS_MOVE) && far <= LIMITS_MOVE.deviation_vox) return false;
     corners_of(r->mesh, t, job->old_pos, old_p);
     corners_of(r->mesh, t, job->old_normal, old_n);

@@ -60,12 +60,13 @@ void remesh_make_room(Remesh *r)
     if (r->zone) RESIZE(r->zone, r->cap);
 }
 
-bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach)
+bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *normal)
 {
-    Vec3 q = *p;
-    if (field_project(r->field, 1, &q, reach, NULL) != 0) return false;
+    Vec3 q = *p, n;
+    if (!field_land(r->field, &q, reach, &n)) return false;
     if (r->home && r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], q)) return false;
     *p = q;
+    *normal = n;
     return true;
 }
 
@@ -153,8 +154,7 @@ static void land_block(void *ctx, int begin, int end)
     Mesh *m = job->r->mesh;
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(m, v) || (job->moved && !job->moved[v])) continue;
-        remesh_land_point(job->r, v, &m->pos[v], job->reach);
-        job->r->normal[v] = remesh_normal_at(job->r, m->pos[v]);
+        if (!remesh_land_point(job->r, v, &m->pos[v], job->reach, &job->r->normal[v])) job->r->normal[v] = remesh_normal_at(job->r, m->pos[v]);
     }
 }
 
@@ -220,12 +220,9 @@ void remesh_split(Remesh *r, int h)
 {
     Mesh *m = r->mesh;
     int a = he_from(m, h), b = he_to(m, h);
-    Vec3 p = v_mid(m->pos[a], m->pos[b]), n = v_unit(v_add(r->normal[a], r->normal[b])), q = p;
+    Vec3 p = v_mid(m->pos[a], m->pos[b]), n = v_unit(v_add(r->normal[a], r->normal[b])), q = p, nq;
     /* the landing may find another sheet: believe it only where the normal goes on */
-    if (remesh_land_point(r, a, &q, 0.5 * v_dist(m->pos[a], m->pos[b]))) {
-        Vec3 nq = remesh_normal_at(r, q);
-        if (v_dot(nq, n) > 0) p = q, n = nq;
-    }
+    if (remesh_land_point(r, a, &q, 0.5 * v_dist(m->pos[a], m->pos[b]), &nq) && v_dot(nq, n) > 0) p = q, n = nq;
     int v = mesh_split_edge(m, h, p, mesh_fresh_id(m));
     remesh_make_room(r);
     r->normal[v] = n;

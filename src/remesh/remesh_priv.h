@@ -17,6 +17,8 @@ extern const Limits LIMITS_EDIT, LIMITS_MOVE /* laxer, or tight places would fre
 #define DEVIATION_FAR_VOX 2.0     /* farther is not measured: where the gradient vanishes the estimate is worth nothing */
 #define DEVIATION_EDGE_VOX 1.0    /* triangles of shorter edges cannot deviate, and are not looked at */
 
+#define FACING_SURE 0.98          /* a triangle that faces as its corners' normals do to this degree lies along the surface: no need to sample it */
+
 enum { EDGE_LOCKED = 2 };    /* flagged by the step before */
 
 /* How good a set of triangles is: its worst. */
@@ -57,8 +59,8 @@ static inline int remesh_scope_half(const Remesh *r, int i) { return 3 * remesh_
 Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);
 /* The field's outward unit normal at p. */
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
-/* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p is as it was. */
-bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach);
+/* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p and its normal are as they were. */
+bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *normal);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);

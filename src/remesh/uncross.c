@@ -200,9 +200,9 @@ static bool try_flip(Uncross *u, int h)
 static bool try_place(Uncross *u, int v, Vec3 p)
 {
     Remesh *r = u->r;
-    if (!remesh_land_point(r, v, &p, REACH * r->edge)) return false;
+    Vec3 n;
+    if (!remesh_land_point(r, v, &p, REACH * r->edge, &n)) return false;
     p = v_round32(p);
-    Vec3 n = remesh_normal_at(r, p);
     if (v_dot(n, r->normal[v]) <= 0) return false;
     u->nfresh = 0;
     put_ring(u, v, v, p, NONE);
@@ -234,8 +234,8 @@ static bool try_collapse(Uncross *u, int h)
     if (m->id[he_from(m, h)] > m->id[he_to(m, h)]) h = m->opp[h]; /* the older identity stays */
     int a = he_from(m, h), b = he_to(m, h);
     if (!remesh_can_collapse(m, h) || (r->zone && (r->zone[a] < ZONE_FRESH || r->zone[b] < ZONE_FRESH))) return false;
-    Vec3 place[3] = {m->pos[a], m->pos[b], v_mid(m->pos[a], m->pos[b])};
-    remesh_land_point(r, a, &place[2], 0.5 * r->edge);
+    Vec3 place[3] = {m->pos[a], m->pos[b], v_mid(m->pos[a], m->pos[b])}, n;
+    remesh_land_point(r, a, &place[2], 0.5 * r->edge, &n);
     place[2] = v_round32(place[2]);
     begin_edit(u);
     take_ring(u, a);

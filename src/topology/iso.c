@@ -25,6 +25,7 @@ typedef struct Builder {
     IsoSurface *iso;
     Scan *scan;                /* [ncrossed] */
     CellTopology *topology;    /* [ncell] */
+    CellTopology plain[256];   /* of cells whose corner c is inside where bit c is set: that alone decides where there is one loop */
 } Builder;
 
 /* Which of the 9^3 samples of a brick's cells are inside: a bit each, a row along x. */
@@ -83,6 +84,17 @@ static void number_bricks(Builder *b)
     }
 }
 
+static void find_plain(CellTopology plain[256])
+{
+    for (int bits = 0; bits < 256; bits++) {
+        double F[8];
+        for (int c = 0; c < 8; c++) F[c] = bits >> c & 1 ? 1 : -1;
+        plain[bits] = cell_topology(F);
+    }
+}
+
+static bool is_plain(const CellTopology *t) { return t->nloop == 1 && !t->ambiguous; }
+
 /* Where the cut edges of a row along x are cut: they leave samples v along an axis, `step` samples to the next one. */
 static void place_edges(const IsoSurface *iso, const float *v, int step, Vec3 corner, int axis, unsigned cut, Vec3 *pos)
 {
@@ -114,9 +126,11 @@ static void find_cells(Builder *b, int brick)
             iso->cell_index[brick * LOCAL + local] = crossed ? cell : NONE;
             if (!crossed) continue;
             double F[8];
+            int bits = 0;
             field_cell(f, brick, o[0] + x, o[1] + y, o[2] + z, F);
+            for (int c = 0; c < 8; c++) bits |= (F[c] > 0) << c;
             iso->cell_at[cell] = brick * LOCAL + local;
-            b->topology[cell++] = cell_topology(F);
+            b->topology[cell++] = is_plain(&b->plain[bits]) ? b->plain[bits] : cell_topology(F);
         }
     }
 }
@@ -170,7 +184,7 @@ static void fill_loops(const Builder *b, int cell)
     for (int l = 0; l < t->nloop; l++) {
         int32_t *edge = iso->loop_edge + iso->loop_start[first + l];
         iso->loop_mate[first + l] = l == t->tunnel[0] ? first + t->tunnel[1] : l == t->tunnel[1] ? first + t->tunnel[0] : NONE;
-        iso->loop_plain[first + l] = t->nloop == 1 && !t->ambiguous;
+        iso->loop_plain[first + l] = is_plain(t);
         for (int k = t->start[l]; k < t->start[l + 1]; k++) {
             int c = CELL_EDGE_CORNER[t->edge[k]];
             *edge++ = edge_of(b, brick, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2), t->edge[k] >> 2);
@@ -190,6 +204,7 @@ static void find_loops(IsoSurface *iso)
     ASSERT((int64_t)n * LOCAL < INT32_MAX / 3);
     parallel_for(n, GRAIN_BRICKS, scan_block, &b);
     number_bricks(&b);
+    find_plain(b.plain);
     b.topology = NEW(CellTopology, iso->ncell);
     iso->cell_index = NEW(int32_t, (size_t)n * LOCAL);
     iso->cell_at = NEW(int32_t, iso->ncell);

@@ -4,7 +4,6 @@
 #include "base/thread.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <time.h>
 
 enum { GRAIN = 1024 };
@@ -16,14 +15,8 @@ double track_clock(void)
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
-static int compare_real(const void *pa, const void *pb)
-{
-    double a = *(const double *)pa, b = *(const double *)pb;
-    return a < b ? -1 : a > b;
-}
-
 /* The cosine of a triangle's smallest angle: at the corner across its shortest edge. */
-static double least_angle_deg(const Mesh *m, int t)
+static double least_angle_cos(const Mesh *m, int t)
 {
     Vec3 p[3];
     double l2[3];
@@ -31,7 +24,13 @@ static double least_angle_deg(const Mesh *m, int t)
     for (int k = 0; k < 3; k++) l2[k] = v_len2(v_sub(p[(k + 1) % 3], p[k]));
     int s = l2[0] <= l2[1] && l2[0] <= l2[2] ? 0 : l2[1] <= l2[2] ? 1 : 2;
     double u = l2[(s + 1) % 3], w = l2[(s + 2) % 3], c = (u + w - l2[s]) / (2 * sqrt(u * w));
-    return c <= 1 ? acos(real_max(c, -1)) * 57.29577951308232 : 0;
+    return c <= 1 ? real_max(c, -1) : 1;
+}
+
+/* The angle that a share of the triangles have less than, in degrees; they come in another order. */
+static double angle_percentile(double *cosine, int n, double share)
+{
+    return n ? acos(real_select(cosine, n, n - 1 - (int)(share * n))) * 57.29577951308232 : NAN;
 }
 
 typedef struct InvertedJob {
@@ -62,9 +61,9 @@ static int count_inverted(const Track *tr)
 void track_measure(const Track *tr, FrameStat *stat)
 {
     const Mesh *m = &tr->mesh;
-    double *angle = NEW(double, m->ntri), sum = 0;
+    double *cosine = NEW(double, m->ntri), sum = 0;
     int edges = 0, in = 0;
-    for (int t = 0; t < m->ntri; t++) angle[t] = least_angle_deg(m, t);
+    for (int t = 0; t < m->ntri; t++) cosine[t] = least_angle_cos(m, t);
     for (int h = 0; h < 3 * m->ntri; h++) {
         if (h > m->opp[h]) continue;
         double l = mesh_edge_length(m, h);
@@ -72,9 +71,8 @@ void track_measure(const Track *tr, FrameStat *stat)
         edges++;
         in += l >= 0.5 * tr->edge && l <= 2 * tr->edge;
     }
-    qsort(angle, (size_t)m->ntri, sizeof *angle, compare_real);
-    stat->min_angle_p5 = m->ntri ? angle[m->ntri / 20] : NAN;
-    stat->min_angle_p50 = m->ntri ? angle[m->ntri / 2] : NAN;
+    stat->min_angle_p5 = angle_percentile(cosine, m->ntri, 0.05);
+    stat->min_angle_p50 = angle_percentile(cosine, m->ntri, 0.5);
     stat->inverted_left = count_inverted(tr);
     stat->edge_asked = tr->edge;
     stat->edge_mean = edges ? sum / edges : NAN;
@@ -85,5 +83,5 @@ void track_measure(const Track *tr, FrameStat *stat)
     stat->triangles_mechanical = m->ntri;
     stat->vertices_geometric = tr->fine.nvert;
     stat->triangles_geometric = tr->fine.ntri;
-    mem_free(angle);
+    mem_free(cosine);
 }

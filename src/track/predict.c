@@ -3,9 +3,6 @@
 
 #include "base/thread.h"
 
-#include <stdlib.h>
-#include <string.h>
-
 enum { GRAIN = 256, ADVECT_STEPS = 4 /* at most */, BLENDS_MAX = 8 };
 #define BLEND_MOTION_VOX 0.7 /* a blended field is at most about this far from the last */
 #define REACH_EDGES 1.5      /* a landing is at most this far away, in edges wanted */
@@ -47,12 +44,6 @@ static void advect_block(void *ctx, int begin, int end)
     for (int i = begin; i < end; i++) job->p[i] = track_advect(job->tr, job->p[i]);
 }
 
-static int compare_real(const void *pa, const void *pb)
-{
-    double a = *(const double *)pa, b = *(const double *)pb;
-    return a < b ? -1 : a > b;
-}
-
 /* The 95th percentile of the points' distance from the new surface, in voxels. */
 static double motion_of(const Field *f, int n, const Vec3 *p)
 {
@@ -63,8 +54,7 @@ static double motion_of(const Field *f, int n, const Vec3 *p)
         double l = v_len(g[i]);
         d[i] = l > 0 ? fabs(F[i]) / l / f->voxel : 4;
     }
-    qsort(d, (size_t)n, sizeof *d, compare_real);
-    double motion = n ? d[(int)(0.95 * (n - 1))] : 0;
+    double motion = n ? real_select(d, n, (int)(0.95 * (n - 1))) : 0;
     mem_free(d);
     mem_free(F);
     mem_free(g);

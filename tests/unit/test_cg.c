@@ -98,7 +98,7 @@ static void dense_answer(Case *c, Vec3 *x)
         Vec3 t[2];
         tangents(c->normal[el.vert[j / 2]], t);
         d[j / 2] = t[j % 2];
-        elastic_apply(&el, d);
+        elastic_apply(&el, d, el.nelem, NULL);
         for (int v = 0; v < nf; v++) {
             Vec3 s[2], kd = elastic_gather(&el, v);
             tangents(c->normal[el.vert[v]], s);
@@ -168,7 +168,7 @@ static void operator_is_the_sum_of_its_elements(void **state)
         element_apply(el.k, &el.frame[e], d[n[0]], d[n[1]], d[n[2]], out);
         for (int i = 0; i < 3; i++) sum[n[i]] = v_add(sum[n[i]], out[i]);
     }
-    elastic_apply(&el, d);
+    elastic_apply(&el, d, el.nelem, NULL);
     for (int v = 0; v < el.nfree; v++) assert_near3(elastic_gather(&el, v), sum[v], 1e-10);
     mem_free(d);
     mem_free(sum);
