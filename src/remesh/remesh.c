@@ -253,27 +253,25 @@ static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
     return worst;
 }
 
-/* Does a collapse of a and b at p keep the triangles where they are, on the surface? */
-static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, const Limits *limits)
+/* Does a collapse of a and b at p keep the triangles where they are, on the surface? Where their normals turn by so little that
+ * none can bulge as far, certainly. */
+static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, double facing, const Limits *limits)
 {
     const Mesh *m = r->mesh;
-    double voxel = DEVIATION_EDGE_VOX * r->field->voxel;
-    if (longest2 < voxel * voxel) return true;
+    double voxel = DEVIATION_EDGE_VOX * r->field->voxel, most = limits->deviation_vox * r->field->voxel;
+    if (longest2 < voxel * voxel || 0.25 * longest2 * (1 - facing) < most * most) return true;
     double after = real_max(ring_deviation(r, a, b, p), ring_deviation(r, b, a, p));
     if (after <= limits->deviation_vox) return true;
     return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
 }
 
-/* The triangles that a collapse of a and b changes are no worse than the limits, or than before, with both at p, normal n. */
-static bool stays_fit(const Remesh *r, int a, int b, Vec3 p, Vec3 n, const Limits *limits)
+/* Of the triangles that a collapse of a and b changes, with them at these places. */
+static Fitness collapse_fitness(const Remesh *r, int a, int b, const Vec3 p[2], const Vec3 n[2])
 {
-    Fitness after = fitness_best(), before = fitness_best();
-    ring_fitness(r, a, b, p, n, &after);
-    ring_fitness(r, b, a, p, n, &after);
-    if (fitness_allows(before, after, limits)) return true;
-    ring_fitness(r, a, b, r->mesh->pos[a], r->normal[a], &before);
-    ring_fitness(r, b, a, r->mesh->pos[b], r->normal[b], &before);
-    return fitness_allows(before, after, limits);
+    Fitness worst = fitness_best();
+    ring_fitness(r, a, b, p[0], n[0], &worst);
+    ring_fitness(r, b, a, p[1], n[1], &worst);
+    return worst;
 }
 
 bool remesh_can_collapse(const Mesh *m, int h)
@@ -297,7 +295,9 @@ bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
     for (int k = fixed ? 1 : 0; k < (fixed ? 2 : 3); k++) {
         double longest2 = 0;
         if (!ring_is_short(r, a, b, place[k], limits, &longest2) || !ring_is_short(r, b, a, place[k], limits, &longest2)) continue;
-        if (!stays_fit(r, a, b, place[k], normal[k], limits) || !stays_close(r, a, b, place[k], longest2, limits)) continue;
+        Fitness after = collapse_fitness(r, a, b, (Vec3[2]){place[k], place[k]}, (Vec3[2]){normal[k], normal[k]});
+        if (!fitness_allows(fitness_best(), after, limits) && !fitness_allows(collapse_fitness(r, a, b, place + 1, normal + 1), after, limits)) continue;
+        if (!stays_close(r, a, b, place[k], longest2, after.facing, limits)) continue;
         mesh_collapse_edge(m, h, place[k]);
         r->normal[a] = normal[k];
         return true;
