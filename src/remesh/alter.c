@@ -154,9 +154,9 @@ static void forget_steps(const Remesh *r)
 
 RemeshStat remesh_coarsen(Remesh *r)
 {
-    static const double LIMIT[] = {0.25, 0.4, 0.55, COARSEN_SHORT};
+    static const double LIMIT[] = {0.4, COARSEN_SHORT};
     RemeshStat stat = {0};
-    for (int k = 0; k < 4; k++) {
+    for (int k = 0; k < 2; k++) {
         stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }

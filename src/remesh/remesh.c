@@ -230,31 +230,20 @@ void remesh_split(Remesh *r, int h)
     if (r->zone) r->zone[v] = ZONE_FRESH;
 }
 
-/* The triangles around v that hold w not, in turn: h runs over the half-edges that leave v. */
-static bool next_spoke(const Mesh *m, int v, int w, int *h, int corner[3])
-{
-    do {
-        *h = *h == NONE ? m->out[v] : he_around(m, *h);
-        corner[0] = v, corner[1] = he_to(m, *h), corner[2] = m->corner[he_prev(*h)];
-        if (corner[1] != w && corner[2] != w) return true;
-    } while (he_around(m, *h) != m->out[v]);
-    return false;
-}
-
-static bool is_last_spoke(const Mesh *m, int v, int h) { return he_around(m, h) == m->out[v]; }
-
-static void ring_fitness(const Remesh *r, int v, int w, Fitness *worst)
+/* Of the triangles around v that hold w not, with v at p, normal n. */
+static void ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness *worst)
 {
     const Mesh *m = r->mesh;
-    int h = NONE, c[3];
-    while (next_spoke(m, v, w, &h, c)) {
-        fitness_worsen(worst, triangle_fitness((Vec3[3]){m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){r->normal[c[0]], r->normal[c[1]], r->normal[c[2]]}));
-        if (is_last_spoke(m, v, h)) break;
-    }
+    int h = m->out[v];
+    do {
+        int b = he_to(m, h), c = m->corner[he_prev(h)];
+        if (b == w || c == w) continue;
+        fitness_worsen(worst, triangle_fitness((Vec3[3]){p, m->pos[b], m->pos[c]}, (Vec3[3]){n, r->normal[b], r->normal[c]}));
+    } while ((h = he_around(m, h)) != m->out[v]);
 }
 
-/* The same ring with v at p, normal n: no worse than the limits or than before, no overlong edge that grows. */
-static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness before, const Limits *limits, double *longest2)
+/* No edge of the same ring is overlong and grows. */
+static bool ring_is_short(const Remesh *r, int v, int w, Vec3 p, const Limits *limits, double *longest2)
 {
     const Mesh *m = r->mesh;
     double longest = limits->longest * r->edge;
@@ -266,13 +255,6 @@ static bool ring_allows(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness b
         if (l2 > longest * longest && l2 > v_len2(v_sub(m->pos[b], m->pos[v]))) return false;
         *longest2 = real_max(*longest2, l2);
     } while ((h = he_around(m, h)) != m->out[v]);
-    int c[3];
-    h = NONE;
-    while (next_spoke(m, v, w, &h, c)) {
-        Fitness after = triangle_fitness((Vec3[3]){p, m->pos[c[1]], m->pos[c[2]]}, (Vec3[3]){n, r->normal[c[1]], r->normal[c[2]]});
-        if (!fitness_allows(before, after, limits)) return false;
-        if (is_last_spoke(m, v, h)) break;
-    }
     return true;
 }
 
@@ -280,23 +262,33 @@ static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
 {
     const Mesh *m = r->mesh;
     double worst = 0;
-    int h = NONE, c[3];
-    while (next_spoke(m, v, w, &h, c)) {
-        worst = real_max(worst, triangle_deviation(r->field, (Vec3[3]){p, m->pos[c[1]], m->pos[c[2]]}));
-        if (is_last_spoke(m, v, h)) break;
-    }
+    int h = m->out[v];
+    do {
+        int b = he_to(m, h), c = m->corner[he_prev(h)];
+        if (b != w && c != w) worst = real_max(worst, triangle_deviation(r->field, (Vec3[3]){p, m->pos[b], m->pos[c]}));
+    } while ((h = he_around(m, h)) != m->out[v]);
     return worst;
 }
 
-/* Does a collapse of a and b at p keep the triangles where they are, on the surface? */
-static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, const Limits *limits)
+/* Does a collapse of a and b at p keep the triangles where they are, on the surface? Where their normals turn by so little that
+ * none can bulge as far, certainly. */
+static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, double facing, const Limits *limits)
 {
     const Mesh *m = r->mesh;
-    double voxel = DEVIATION_EDGE_VOX * r->field->voxel;
-    if (longest2 < voxel * voxel) return true;
+    double voxel = DEVIATION_EDGE_VOX * r->field->voxel, most = limits->deviation_vox * r->field->voxel;
+    if (longest2 < voxel * voxel || 0.25 * longest2 * (1 - facing) < most * most) return true;
     double after = real_max(ring_deviation(r, a, b, p), ring_deviation(r, b, a, p));
     if (after <= limits->deviation_vox) return true;
     return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
+}
+
+/* Of the triangles that a collapse of a and b changes, with them at these places. */
+static Fitness collapse_fitness(const Remesh *r, int a, int b, const Vec3 p[2], const Vec3 n[2])
+{
+    Fitness worst = fitness_best();
+    ring_fitness(r, a, b, p[0], n[0], &worst);
+    ring_fitness(r, b, a, p[1], n[1], &worst);
+    return worst;
 }
 
 bool remesh_can_collapse(const Mesh *m, int h)
@@ -317,13 +309,12 @@ bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
     Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
     Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
     bool fixed = !remesh_in_zone(r, a); /* then the place is its own */
-    Fitness before = fitness_best();
-    ring_fitness(r, a, b, &before);
-    ring_fitness(r, b, a, &before);
     for (int k = fixed ? 1 : 0; k < (fixed ? 2 : 3); k++) {
         double longest2 = 0;
-        if (!ring_allows(r, a, b, place[k], normal[k], before, limits, &longest2) || !ring_allows(r, b, a, place[k], normal[k], before, limits, &longest2)) continue;
-        if (!stays_close(r, a, b, place[k], longest2, limits)) continue;
+        if (!ring_is_short(r, a, b, place[k], limits, &longest2) || !ring_is_short(r, b, a, place[k], limits, &longest2)) continue;
+        Fitness after = collapse_fitness(r, a, b, (Vec3[2]){place[k], place[k]}, (Vec3[2]){normal[k], normal[k]});
+        if (!fitness_allows(fitness_best(), after, limits) && !fitness_allows(collapse_fitness(r, a, b, place + 1, normal + 1), after, limits)) continue;
+        if (!stays_close(r, a, b, place[k], longest2, after.facing, limits)) continue;
         mesh_collapse_edge(m, h, place[k]);
         r->normal[a] = normal[k];
         return true;
