@@ -34,8 +34,12 @@ static bool is_one_component(const Graft *g, int t)
 static void add_ring(const Mesh *m, uint8_t *mark)
 {
     uint8_t *touched = NEW0(uint8_t, m->nvert);
-    for (int h = 0; h < 3 * m->ntri; h++) touched[m->corner[h]] |= mark[h / 3];
-    for (int h = 0; h < 3 * m->ntri; h++) mark[h / 3] |= touched[m->corner[h]];
+    for (int t = 0; t < m->ntri; t++)
+        for (int h = 3 * t; h < 3 * t + 3 && mark[t]; h++) touched[m->corner[h]] = 1;
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        mark[t] = touched[c[0]] | touched[c[1]] | touched[c[2]];
+    }
     mem_free(touched);
 }
 

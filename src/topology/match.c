@@ -48,8 +48,10 @@ static Parts find_pieces(const Graft *g)
 {
     const Mesh *m = g->mesh;
     uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *skip = NEW(uint8_t, m->ntri);
-    for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->label[h / 3] != g->label[m->opp[h] / 3];
-    for (int t = 0; t < m->ntri; t++) skip[t] = g->label[t] == LABEL_FAR;
+    for (int t = 0; t < m->ntri; t++) {
+        skip[t] = g->label[t] == LABEL_FAR;
+        for (int h = 3 * t; h < 3 * t + 3 && !skip[t]; h++) wall[h] = g->label[t] != g->label[m->opp[h] / 3];
+    }
     Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, skip);
     mem_free(wall);
     mem_free(skip);
