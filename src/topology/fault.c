@@ -103,21 +103,19 @@ static void triangle_block(void *ctx, int begin, int end)
 
 /* --- coverage -------------------------------------------------------------------------------------------------------- */
 
-static bool any_beside(const IsoSurface *iso, int cell, int reach, const uint8_t *mask)
+static bool any_beside(const IsoSurface *iso, int cell, const uint8_t *mask)
 {
-    for (int z = -reach; z <= reach; z++)
-        for (int y = -reach; y <= reach; y++)
-            for (int x = -reach; x <= reach; x++) {
-                int c = iso_cell_beside(iso, cell, x, y, z);
-                if (c != NONE && mask[c]) return true;
-            }
+    for (int k = 0; k < 27; k++) {
+        int c = iso_cell_beside(iso, cell, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (c != NONE && mask[c]) return true;
+    }
     return false;
 }
 
 static void cell_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    for (int c = begin; c < end; c++) job->f->cell[c] = !job->hit[c] && !any_beside(job->iso, c, 1, job->hit);
+    for (int c = begin; c < end; c++) job->f->cell[c] = !job->hit[c] && !any_beside(job->iso, c, job->hit);
 }
 
 /* Clusters of uncovered cells too small for a limb are forgiven. Returns the cells of the others. */
@@ -155,7 +153,8 @@ static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
 {
     if (f->uncovered == 0) return;
     uint8_t *near = NEW0(uint8_t, iso->ncell);
-    for (int c = 0; c < iso->ncell; c++) near[c] = any_beside(iso, c, REACH_CELLS, f->cell);
+    for (int c = 0; c < iso->ncell; c++)
+        if (f->cell[c]) iso_mark_beside(iso, c, REACH_CELLS, near);
     for (int v = 0; v < m->nvert; v++) {
         int c = iso_cell_near(iso, m->pos[v]), h = m->out[v];
         if (c == NONE || !near[c]) continue;

@@ -138,16 +138,6 @@ static void label_pieces(Graft *g)
 
 /* --- the sheet and its seams -------------------------------------------------------------------------------------------- */
 
-static void want_around(const IsoSurface *iso, int cell, int margin, uint8_t *want)
-{
-    for (int z = -margin; z <= margin; z++)
-        for (int y = -margin; y <= margin; y++)
-            for (int x = -margin; x <= margin; x++) {
-                int c = iso_cell_beside(iso, cell, x, y, z);
-                if (c != NONE) want[c] = 1;
-            }
-}
-
 /* Are the triangle's corners on components of which the sheet has all cells? */
 static bool lies_within(const Graft *g, int t, const uint8_t *all)
 {
@@ -169,7 +159,7 @@ static bool cell_lies_within(const IsoSurface *iso, int cell, const uint8_t *all
 static void want_margin(const IsoSurface *iso, const uint8_t *hit, const uint8_t *all, int margin, uint8_t *want)
 {
     for (int c = 0; c < iso->ncell; c++)
-        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, margin, want);
+        if (hit[c] && !cell_lies_within(iso, c, all)) iso_mark_beside(iso, c, margin, want);
 }
 
 static void build_sheet(Graft *g)
