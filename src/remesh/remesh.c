@@ -70,12 +70,17 @@ bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *norm
     return true;
 }
 
+static void mark_corners(const Mesh *m, int t, uint8_t *mark)
+{
+    for (int k = 0; k < 3; k++) mark[m->corner[3 * t + k]] = 1;
+}
+
 static void find_scope(Remesh *r)
 {
     const Mesh *m = r->mesh;
     uint8_t *near = NEW0(uint8_t, m->nvert);
-    for (int h = 0; h < 3 * m->ntri; h++)
-        if (!tri_is_dead(m, h / 3) && remesh_touches_zone(r, h / 3)) near[m->corner[h]] = 1;
+    for (int t = 0; t < m->ntri; t++)
+        if (!tri_is_dead(m, t) && remesh_touches_zone(r, t)) mark_corners(m, t, near);
     r->nscope = 0;
     r->scope_end = m->ntri;
     RESIZE(r->scope, m->ntri);
@@ -103,7 +108,7 @@ void remesh_compact(Remesh *r, int32_t *vert_to)
 
 typedef struct NormalJob {
     Remesh *r;
-    const uint8_t *moved;
+    const uint8_t *wanted;
 } NormalJob;
 
 static void normals_block(void *ctx, int begin, int end)
@@ -111,26 +116,36 @@ static void normals_block(void *ctx, int begin, int end)
     NormalJob *job = ctx;
     Remesh *r = job->r;
     for (int v = begin; v < end; v++)
-        if (!vert_is_dead(r->mesh, v) && (!job->moved || job->moved[v])) r->normal[v] = remesh_normal_at(r, r->mesh->pos[v]);
+        if (!vert_is_dead(r->mesh, v) && (!job->wanted || job->wanted[v])) r->normal[v] = remesh_normal_at(r, r->mesh->pos[v]);
 }
 
-void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes)
+static void set_up(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes)
 {
     *r = (Remesh){.mesh = mesh, .field = field, .edge = edge};
     if (homes) r->homes = *homes;
     remesh_make_room(r);
     if (homes) memcpy(r->home, homes->of, (size_t)mesh->nvert * sizeof *r->home);
+}
+
+void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes)
+{
+    set_up(r, mesh, field, edge, homes);
     parallel_for(mesh->nvert, GRAIN, normals_block, &(NormalJob){r, NULL});
 }
 
-void remesh_confine(Remesh *r, int first)
+void remesh_begin_confined(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes, int first)
 {
+    set_up(r, mesh, field, edge, homes);
     r->zone = NEW(uint8_t, r->cap);
-    const Mesh *m = r->mesh;
-    for (int v = 0; v < m->nvert; v++) r->zone[v] = v < first ? ZONE_FIXED : ZONE_FRESH;
-    for (int h = 0; h < 3 * m->ntri; h++)
-        if (!tri_is_dead(m, h / 3) && he_from(m, h) < first && he_to(m, h) >= first) r->zone[he_from(m, h)] = ZONE_MOVES;
+    for (int v = 0; v < mesh->nvert; v++) r->zone[v] = v < first ? ZONE_FIXED : ZONE_FRESH;
+    for (int h = 0; h < 3 * mesh->ntri; h++)
+        if (!tri_is_dead(mesh, h / 3) && he_from(mesh, h) < first && he_to(mesh, h) >= first) r->zone[he_from(mesh, h)] = ZONE_MOVES;
     find_scope(r);
+    uint8_t *wanted = NEW0(uint8_t, mesh->nvert);
+    for (int i = 0; i < r->nscope; i++) mark_corners(mesh, r->scope[i], wanted);
+    memset(r->normal, 0, (size_t)mesh->nvert * sizeof *r->normal);
+    parallel_for(mesh->nvert, GRAIN, normals_block, &(NormalJob){r, wanted});
+    mem_free(wanted);
 }
 
 void remesh_end(Remesh *r)

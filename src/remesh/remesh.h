@@ -33,9 +33,10 @@ typedef struct RemeshStat {
 
 /* Borrows mesh and field; computes the normals. `homes` may be NULL. */
 void remesh_begin(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes);
+/* The same, with coarsening and smoothing confined to the vertices from `first` on, and movement to them and the neighbours they have
+ * now; normals are known around those. */
+void remesh_begin_confined(Remesh *r, Mesh *mesh, const Field *field, double edge, const Homes *homes, int first);
 void remesh_end(Remesh *r);
-/* Confines coarsening and smoothing to the vertices from `first` on, and movement to them and the neighbours they have now. */
-void remesh_confine(Remesh *r, int first);
 /* Sweeps the dead out of the mesh, its normals and homes along; vert_to as mesh_compact's. */
 void remesh_compact(Remesh *r, int32_t *vert_to);
 

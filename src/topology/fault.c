@@ -3,17 +3,15 @@
 #include "base/thread.h"
 #include "topology/speck.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 #define OFF_SURFACE_VOX 0.05 /* a vertex farther from the surface, to first order, did not land */
-#define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through */
-
-#define LEAN_VOX 0.5         /* ... leans, as one does whose normal */
+#define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through, */
+#define LEAN_VOX 0.5         /* and one whose centroid is farther leans, as does one whose normal */
 #define LEAN_COS 0.3         /* has a cosine below this to the surface's there */
-#define CLEAR_COS 0.5        /* with one above this to the surface's at one corner it is not inverted: finer than that is measured only for others */
-#define SURE_COS 0.9         /* with one above this at all corners it follows the surface, if it is short */
+#define CLEAR_COS 0.5        /* above this to the surface's at one corner: it is not inverted; finer than that is measured only for others */
+#define SURE_COS 0.9         /* above this at all corners: it follows the surface, if it is short */
 #define SHORT_VOX 2.0        /* edges below this: the surface cannot bulge far between such corners, and no cell the triangle passes is far
                               * from theirs and its centroid's */
 
@@ -52,23 +50,23 @@ static void vertex_block(void *ctx, int begin, int end)
 }
 
 /* A triangle as the tests of its faults need it. */
-typedef struct Facet {
+typedef struct Tested {
     int t;
     Vec3 corner[3], area, centroid; /* area: twice, along the normal */
     double size;                    /* its length */
     bool is_short;
-} Facet;
+} Tested;
 
-static Facet facet_of(const Job *job, int t)
+static Tested tested_of(const Job *job, int t)
 {
     const Mesh *m = job->mesh;
     const int32_t *c = m->corner + 3 * t;
     Vec3 p = m->pos[c[0]], q = m->pos[c[1]], r = m->pos[c[2]], area = v_area2(p, q, r);
     double most = SHORT_VOX * job->iso->field->voxel, longest2 = real_max(v_len2(v_sub(q, p)), real_max(v_len2(v_sub(r, q)), v_len2(v_sub(p, r))));
-    return (Facet){t, {p, q, r}, area, v_scale(v_add(v_add(p, q), r), 1.0 / 3), v_len(area), longest2 < most * most};
+    return (Tested){t, {p, q, r}, area, v_scale(v_add(v_add(p, q), r), 1.0 / 3), v_len(area), longest2 < most * most};
 }
 
-static int faults_of(const Job *job, const Facet *a, uint8_t *lean)
+static int faults_of(const Job *job, const Tested *a, uint8_t *lean)
 {
     const Field *f = job->iso->field;
     const int32_t *c = job->mesh->corner + 3 * a->t, *comp = job->f->comp;
@@ -93,7 +91,7 @@ static void triangle_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
     for (int t = begin; t < end; t++) {
-        Facet a = facet_of(job, t);
+        Tested a = tested_of(job, t);
         job->f->lean[t] = 0;
         job->f->tri[t] = (uint8_t)faults_of(job, &a, &job->f->lean[t]);
         if (a.is_short) mark_cell(job, iso_cell_at(job->iso, a.centroid));
@@ -103,21 +101,19 @@ static void triangle_block(void *ctx, int begin, int end)
 
 /* --- coverage -------------------------------------------------------------------------------------------------------- */
 
-static bool any_beside(const IsoSurface *iso, int cell, int reach, const uint8_t *mask)
+static bool any_beside(const IsoSurface *iso, int cell, const uint8_t *mask)
 {
-    for (int z = -reach; z <= reach; z++)
-        for (int y = -reach; y <= reach; y++)
-            for (int x = -reach; x <= reach; x++) {
-                int c = iso_cell_beside(iso, cell, x, y, z);
-                if (c != NONE && mask[c]) return true;
-            }
+    for (int k = 0; k < 27; k++) {
+        int c = iso_cell_beside(iso, cell, k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1);
+        if (c != NONE && mask[c]) return true;
+    }
     return false;
 }
 
 static void cell_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    for (int c = begin; c < end; c++) job->f->cell[c] = !job->hit[c] && !any_beside(job->iso, c, 1, job->hit);
+    for (int c = begin; c < end; c++) job->f->cell[c] = !job->hit[c] && !any_beside(job->iso, c, job->hit);
 }
 
 /* Clusters of uncovered cells too small for a limb are forgiven. Returns the cells of the others. */
@@ -155,7 +151,8 @@ static void drop_beside(const IsoSurface *iso, const Mesh *m, Faults *f)
 {
     if (f->uncovered == 0) return;
     uint8_t *near = NEW0(uint8_t, iso->ncell);
-    for (int c = 0; c < iso->ncell; c++) near[c] = any_beside(iso, c, REACH_CELLS, f->cell);
+    for (int c = 0; c < iso->ncell; c++)
+        if (f->cell[c]) iso_mark_beside(iso, c, REACH_CELLS, near);
     for (int v = 0; v < m->nvert; v++) {
         int c = iso_cell_near(iso, m->pos[v]), h = m->out[v];
         if (c == NONE || !near[c]) continue;

@@ -34,8 +34,12 @@ static bool is_one_component(const Graft *g, int t)
 static void add_ring(const Mesh *m, uint8_t *mark)
 {
     uint8_t *touched = NEW0(uint8_t, m->nvert);
-    for (int h = 0; h < 3 * m->ntri; h++) touched[m->corner[h]] |= mark[h / 3];
-    for (int h = 0; h < 3 * m->ntri; h++) mark[h / 3] |= touched[m->corner[h]];
+    for (int t = 0; t < m->ntri; t++)
+        for (int h = 3 * t; h < 3 * t + 3 && mark[t]; h++) touched[m->corner[h]] = 1;
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        mark[t] = touched[c[0]] | touched[c[1]] | touched[c[2]];
+    }
     mem_free(touched);
 }
 
@@ -134,16 +138,6 @@ static void label_pieces(Graft *g)
 
 /* --- the sheet and its seams -------------------------------------------------------------------------------------------- */
 
-static void want_around(const IsoSurface *iso, int cell, int margin, uint8_t *want)
-{
-    for (int z = -margin; z <= margin; z++)
-        for (int y = -margin; y <= margin; y++)
-            for (int x = -margin; x <= margin; x++) {
-                int c = iso_cell_beside(iso, cell, x, y, z);
-                if (c != NONE) want[c] = 1;
-            }
-}
-
 /* Are the triangle's corners on components of which the sheet has all cells? */
 static bool lies_within(const Graft *g, int t, const uint8_t *all)
 {
@@ -165,7 +159,7 @@ static bool cell_lies_within(const IsoSurface *iso, int cell, const uint8_t *all
 static void want_margin(const IsoSurface *iso, const uint8_t *hit, const uint8_t *all, int margin, uint8_t *want)
 {
     for (int c = 0; c < iso->ncell; c++)
-        if (hit[c] && !cell_lies_within(iso, c, all)) want_around(iso, c, margin, want);
+        if (hit[c] && !cell_lies_within(iso, c, all)) iso_mark_beside(iso, c, margin, want);
 }
 
 static void build_sheet(Graft *g)

@@ -336,6 +336,16 @@ int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)
     return brick == NONE || brick >= f->ncrossed ? NONE : iso->cell_index[brick * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 
+void iso_mark_beside(const IsoSurface *iso, int cell, int reach, uint8_t *mark)
+{
+    for (int z = -reach; z <= reach; z++)
+        for (int y = -reach; y <= reach; y++)
+            for (int x = -reach; x <= reach; x++) {
+                int c = iso_cell_beside(iso, cell, x, y, z);
+                if (c != NONE) mark[c] = 1;
+            }
+}
+
 int iso_cell_at(const IsoSurface *iso, Vec3 p) { return cell_of_index(iso, affine_to_index(&iso->field->xform, p)); }
 
 /* Rounding puts a point that lies on a cell's face beside the cell: look a little around. */

@@ -41,6 +41,8 @@ int iso_loop_in(const IsoSurface *iso, int cell, Vec3 p); /* of a crossed cell *
 static inline int iso_loop_component(const IsoSurface *iso, int loop) { return iso->loop_comp[loop]; }
 /* The crossed cell (dx, dy, dz) cells away from one that is crossed, or NONE. */
 int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz);
+/* Sets mark[ncell] for the crossed cells at most `reach` away from one. */
+void iso_mark_beside(const IsoSurface *iso, int cell, int reach, uint8_t *mark);
 /* The crossed cell that holds a world point, or NONE. _near: or one that rounding put it beside. */
 int iso_cell_at(const IsoSurface *iso, Vec3 p);
 int iso_cell_near(const IsoSurface *iso, Vec3 p);

@@ -48,8 +48,10 @@ static Parts find_pieces(const Graft *g)
 {
     const Mesh *m = g->mesh;
     uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *skip = NEW(uint8_t, m->ntri);
-    for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->label[h / 3] != g->label[m->opp[h] / 3];
-    for (int t = 0; t < m->ntri; t++) skip[t] = g->label[t] == LABEL_FAR;
+    for (int t = 0; t < m->ntri; t++) {
+        skip[t] = g->label[t] == LABEL_FAR;
+        for (int h = 3 * t; h < 3 * t + 3 && !skip[t]; h++) wall[h] = g->label[t] != g->label[m->opp[h] / 3];
+    }
     Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, skip);
     mem_free(wall);
     mem_free(skip);
@@ -311,17 +313,28 @@ static void count_euler(const Graft *g, int32_t *euler2)
     mem_free(seen);
 }
 
+/* Is only a part of the component, which does not match, looked at? */
+static bool is_looked_at_in_part(const Graft *g, int comp) { return g->plan->wrong[comp] && !g->checked[comp] && !g->whole[comp]; }
+
+static bool any_looked_at_in_part(const Graft *g)
+{
+    bool any = false;
+    for (int k = 0; k < g->iso->ncomp; k++) any = any || is_looked_at_in_part(g, k);
+    return any;
+}
+
 bool graft_find_unbalanced(Graft *g)
 {
     const Sheet *s = &g->sheet;
     bool any = false;
+    if (!any_looked_at_in_part(g)) return false;
     int32_t *euler2 = NEW0(int32_t, g->iso->ncomp);
     uint8_t *ends = NEW0(uint8_t, g->iso->ncomp); /* what was looked at does so where the sheet does */
     count_euler(g, euler2);
     for (int h = 0; h < 3 * s->ntri; h++)
         if (s->opp[h] == NONE && is_looked_at(g, h)) ends[s->home[s->corner[h]]] = 1;
     for (int k = 0; k < g->iso->ncomp; k++) {
-        if (!g->plan->wrong[k] || g->checked[k] || g->whole[k] || (!ends[k] && euler2[k] == 2 * g->iso->comp_euler[k])) continue;
+        if (!is_looked_at_in_part(g, k) || (!ends[k] && euler2[k] == 2 * g->iso->comp_euler[k])) continue;
         g->checked[k] = 1;
         any = true;
     }

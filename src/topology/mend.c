@@ -139,8 +139,7 @@ static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge,
     Remesh r;
     int found;
     int32_t *home = audit_mesh_homes(iso, m);
-    remesh_begin(&r, m, iso->field, edge > 0 ? edge : iso->field->voxel, &(Homes){iso_is_home, iso, home});
-    remesh_confine(&r, first);
+    remesh_begin_confined(&r, m, iso->field, edge > 0 ? edge : iso->field->voxel, &(Homes){iso_is_home, iso, home}, first);
     if (edge > 0) {
         remesh_coarsen(&r);
         for (int k = 0; k < FLIP_ROUNDS && remesh_flip_towards(&r, edges); k++) {}

@@ -32,7 +32,7 @@ static MendStat mend(const Scene *s, Mesh *m)
     MendStat stat = {0};
     uint8_t *frozen = NEW0(uint8_t, m->nvert);
     Crossings known = {0};
-    mend_mesh(&s->iso, &(MendOptions){EDGE, frozen, &known}, m, &stat);
+    mend_mesh(&s->iso, &(MendOptions){.edge = EDGE, .frozen = frozen, .crossings = &known}, m, &stat);
     crossings_free(&known);
     mem_free(frozen);
     mem_free(stat.patch);
@@ -134,6 +134,32 @@ static void faults_are_found_and_mended_where_they_are(void **state)
         assert_true(unmoved(&was, &m) > 0.85 * was.nvert);
         mesh_free(&m);
         mesh_free(&was);
+        scene_free(&s);
+    }
+}
+
+/* An octahedron's faces pass well below a ball of radius 1.5, those of a mesh of edges of that length close to a larger one. */
+static void triangles_that_cut_corners_lean(void **state)
+{
+    (void)state;
+    const double tight[] = {9.3, 9.6, 9.8, 1.5};
+    for (int kind = 0; kind < 2; kind++) {
+        Scene s;
+        Mesh m;
+        Faults f;
+        scene_make(&s, kind == 0 ? 20 : 36, fn_ball, kind == 0 ? tight : BALL);
+        if (kind == 0) {
+            mesh_init(&m);
+            mesh_take(&m, shape_sphere(0), vec3(tight[0], tight[1], tight[2]));
+            field_project(&s.field, m.nvert, m.pos, 1.0, NULL);
+        } else m = mesh_of(&s);
+        faults_find(&s.iso, &m, NULL, &f);
+        assert_int_equal(f.strays + f.torn + f.inverted, 0);
+        int leaning = 0;
+        for (int t = 0; t < m.ntri; t++) leaning += f.lean[t];
+        assert_true(kind == 0 ? leaning > m.ntri / 2 : leaning == 0);
+        faults_free(&f);
+        mesh_free(&m);
         scene_free(&s);
     }
 }
@@ -292,6 +318,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_wrong_changes_nothing),
         cmocka_unit_test(faults_are_found_and_mended_where_they_are),
+        cmocka_unit_test(triangles_that_cut_corners_lean),
         cmocka_unit_test(topology_changes_are_local),
         cmocka_unit_test(births_deaths_and_swallowed_droplets),
         cmocka_unit_test(seams_cut_the_sheet),

@@ -134,6 +134,35 @@ static void coarsening_keeps_the_topology_of_noise(void **state)
     skin_free(&s);
 }
 
+/* The raw triangles of a cap of a ball, the rest to stay: they are coarsened in their scope. */
+static void what_is_not_fresh_stays(void **state)
+{
+    (void)state;
+    Skin s;
+    skin_raw(&s, grid_of(40, fn_ball, BALL), 2, false);
+    const int before = s.mesh.nvert, first = before * 9 / 10;
+    remesh_end(&s.r);
+    remesh_begin_confined(&s.r, &s.mesh, &s.field, 2, NULL, first);
+    assert_true(s.r.nscope > 0 && s.r.nscope < s.mesh.ntri / 4);
+    Vec3 *was = NEW(Vec3, first);
+    uint8_t *zone = NEW(uint8_t, first);
+    int fixed = 0;
+    for (int v = 0; v < first; v++) was[v] = s.mesh.pos[v], zone[v] = s.r.zone[v];
+    remesh_coarsen(&s.r);
+    assert_mesh(&s.mesh);
+    assert_int_equal(mesh_euler(&s.mesh, NONE), 2);
+    assert_in_range(s.mesh.nvert, first + 1, first + (before - first) / 2);
+    for (int v = 0; v < first; v++) {
+        if (zone[v] != ZONE_FIXED) continue;
+        assert_memory_equal(&was[v], &s.mesh.pos[v], sizeof was[v]);
+        fixed++;
+    }
+    assert_true(fixed > first * 9 / 10);
+    mem_free(was);
+    mem_free(zone);
+    skin_free(&s);
+}
+
 /* --- GI'07 2.5 ------------------------------------------------------------------------------------------------------------- */
 
 /* The longest or shortest edge, and a length between it and the next. */
@@ -537,6 +566,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(coarse_mesh_is_even),
         cmocka_unit_test(coarsening_keeps_the_topology_of_noise),
+        cmocka_unit_test(what_is_not_fresh_stays),
         cmocka_unit_test(over_long_edges_are_split_unless_they_shrink),
         cmocka_unit_test(short_edges_are_collapsed_unless_they_stretch),
         cmocka_unit_test(flagged_edges_wait_for_one_step),
