@@ -3,13 +3,15 @@
 #include "base/base.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <unistd.h>
 
-enum { THREAD_MAX = 256 };
+enum { THREAD_MAX = 256, YIELDS = 200 };
 
 static struct {
     pthread_mutex_t lock;
-    pthread_cond_t changed; /* a job has come, or one is done */
+    pthread_cond_t changed; /* a job has come, one is done, or there will be no more: */
+    unsigned changes;       /* how often; also read without the lock */
     pthread_t thread[THREAD_MAX];
     int want, running;
     bool stop;
@@ -38,13 +40,29 @@ int thread_count(void) { return pool.want; }
 
 /* --- all below are called, and left, with the lock held ------------------------------------------------------------ */
 
+static void announce_change(void)
+{
+    __atomic_store_n(&pool.changes, pool.changes + 1, __ATOMIC_RELAXED);
+    pthread_cond_broadcast(&pool.changed);
+}
+
+/* Jobs follow one another closely: to fall asleep and be woken takes longer than most waits. */
+static void wait_for_change(void)
+{
+    const unsigned seen = pool.changes;
+    pthread_mutex_unlock(&pool.lock);
+    for (int i = 0; i < YIELDS && __atomic_load_n(&pool.changes, __ATOMIC_RELAXED) == seen; i++) sched_yield();
+    pthread_mutex_lock(&pool.lock);
+    if (pool.changes == seen) pthread_cond_wait(&pool.changed, &pool.lock);
+}
+
 static void list_job(ThreadJob *job)
 {
     ThreadJob **at = &pool.first;
     while (*at && (job->aside || !(*at)->aside)) at = &(*at)->after;
     job->after = *at;
     *at = job;
-    pthread_cond_broadcast(&pool.changed);
+    announce_change();
 }
 
 static void unlist_job(ThreadJob *job)
@@ -73,7 +91,7 @@ static void run_block(ThreadJob *job)
     job->fn(job->ctx, begin, end);
     aside = was_aside;
     pthread_mutex_lock(&pool.lock);
-    if (--job->busy == 0 && job->next >= job->n) pthread_cond_broadcast(&pool.changed);
+    if (--job->busy == 0 && job->next >= job->n) announce_change();
 }
 
 /* Works on the job, or on what is more urgent, then waits for those inside it; `help`: and works on others' meanwhile. */
@@ -83,7 +101,7 @@ static void finish_job(ThreadJob *job, bool help)
     while (job->busy) {
         ThreadJob *other = help ? find_open_job() : NULL;
         if (other) run_block(other);
-        else pthread_cond_wait(&pool.changed, &pool.lock);
+        else wait_for_change();
     }
     unlist_job(job);
 }
@@ -95,7 +113,7 @@ static void *worker(void *unused)
     while (!pool.stop) {
         ThreadJob *job = find_open_job();
         if (job) run_block(job);
-        else pthread_cond_wait(&pool.changed, &pool.lock);
+        else wait_for_change();
     }
     pthread_mutex_unlock(&pool.lock);
     return NULL;
@@ -163,7 +181,7 @@ void thread_shutdown(void)
 {
     pthread_mutex_lock(&pool.lock);
     pool.stop = true;
-    pthread_cond_broadcast(&pool.changed);
+    announce_change();
     pthread_mutex_unlock(&pool.lock);
     for (int i = 0; i < pool.running; i++) pthread_join(pool.thread[i], NULL);
     pool.running = 0;

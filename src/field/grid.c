@@ -124,17 +124,11 @@ typedef struct Cell {
     const float *corner[8];
 } Cell;
 
-/* The cell that holds an index-space point. False beyond all reach. */
-static bool find_cell(const Grid *g, Vec3 p, Cell *cell)
+/* The corners of a cell of more than one block. */
+static void find_corners(const Grid *g, Cell *cell)
 {
     const float *block[8];
     int known = 0; /* a bit for each of the blocks looked up, by the axes along which they are the next one */
-    for (int a = 0; a < 3; a++) {
-        double q = v_get(p, a), f = floor(q);
-        if (!(f > -COORD_LIMIT && f < COORD_LIMIT - 1)) return false;
-        cell->at[a] = (int)f;
-        cell->t[a] = q - f;
-    }
     for (int c = 0; c < 8; c++) {
         int x = (cell->at[0] & 7) + (c & 1), y = (cell->at[1] & 7) + (c >> 1 & 1), z = (cell->at[2] & 7) + (c >> 2);
         int b = x >> 3 | y >> 3 << 1 | z >> 3 << 2;
@@ -142,6 +136,24 @@ static bool find_cell(const Grid *g, Vec3 p, Cell *cell)
         known |= 1 << b;
         cell->corner[c] = block[b] ? block[b] + (z & 7) * 64 + (y & 7) * 8 + (x & 7) : NULL;
     }
+}
+
+/* The cell that holds an index-space point. False beyond all reach. */
+static bool find_cell(const Grid *g, Vec3 p, Cell *cell)
+{
+    for (int a = 0; a < 3; a++) {
+        double q = v_get(p, a), f = floor(q);
+        if (!(f > -COORD_LIMIT && f < COORD_LIMIT - 1)) return false;
+        cell->at[a] = (int)f;
+        cell->t[a] = q - f;
+    }
+    int x = cell->at[0] & 7, y = cell->at[1] & 7, z = cell->at[2] & 7;
+    if (x == 7 || y == 7 || z == 7) {
+        find_corners(g, cell);
+        return true;
+    }
+    const float *block = grid_block(g, cell->at[0], cell->at[1], cell->at[2]), *first = block ? block + z * 64 + y * 8 + x : NULL;
+    for (int c = 0; c < 8; c++) cell->corner[c] = block ? first + (c >> 2) * 64 + (c >> 1 & 1) * 8 + (c & 1) : NULL;
     return true;
 }
 

@@ -23,7 +23,6 @@ static void reserve(Cg *cg, int nfree)
     cg->cap = int_max(nfree + 1, 2 * cg->cap);
     RESIZE(cg->x, cg->cap);
     RESIZE(cg->p, cg->cap);
-    RESIZE(cg->b, cg->cap);
     RESIZE(cg->r, cg->cap);
     RESIZE(cg->q, cg->cap);
     RESIZE(cg->s, cg->cap);
@@ -41,7 +40,7 @@ static double total(const Cg *cg, int n, int which)
 
 static void run(Pass *ps, ParallelFn *fn) { parallel_for(ps->el->nfree, MECHANICS_GRAIN, fn, ps); }
 
-/* x = 0, r = S b, p = M r. */
+/* x = 0, r = S b, b = dt f, p = M r. */
 static void pass_start(void *ctx, int begin, int end)
 {
     Pass *ps = ctx;
@@ -50,9 +49,8 @@ static void pass_start(void *ctx, int begin, int end)
     for (int v = begin; v < end; v++) {
         cg->s[v] = sharp_filter(ps->sh, v, ps->el->prob->normal[ps->el->vert[v]]);
         cg->pre[v] = 1 / (1 + dt * elastic_diagonal(ps->el, v));
-        cg->b[v] = v_scale(elastic_gather(ps->el, v), dt);
         cg->x[v] = vec3(0, 0, 0);
-        cg->r[v] = sym_mul(&cg->s[v], cg->b[v]);
+        cg->r[v] = sym_mul(&cg->s[v], v_scale(elastic_gather(ps->el, v), dt));
         cg->p[v] = v_scale(cg->r[v], cg->pre[v]);
         rr += v_len2(cg->r[v]);
         rz += v_dot(cg->r[v], cg->p[v]);
@@ -174,7 +172,6 @@ void cg_free(Cg *cg)
 {
     mem_free(cg->x);
     mem_free(cg->p);
-    mem_free(cg->b);
     mem_free(cg->r);
     mem_free(cg->q);
     mem_free(cg->s);

@@ -177,7 +177,7 @@ void sharp_free(Sharp *sh);
 
 typedef struct Cg {
     Vec3 *x, *p;            /* [nfree+1] iterate and direction; the last is zero: every frozen vertex */
-    Vec3 *b, *r, *q;        /* [nfree] right side, residual, A p and the preconditioned residual */
+    Vec3 *r, *q;            /* [nfree] residual, A p and the preconditioned residual */
     Sym3 *s;                /* [nfree] the filter */
     double *pre;            /* [nfree] the preconditioner: one over the diagonal */
     double (*sum)[3];       /* [blocks] partial dot products */

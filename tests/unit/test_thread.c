@@ -3,6 +3,7 @@
 #include "base/base.h"
 #include "base/thread.h"
 
+#include <sched.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -85,6 +86,48 @@ static void test_loops_nest(void **state)
     mem_free(s);
 }
 
+/* A task's blocks, and the caller's, of which every thread must take one before any is done. */
+typedef struct Urgency {
+    int task_begun, task_done, urgent_begun;
+    int done_before[THREADS]; /* of the task's blocks, when each of the caller's began */
+} Urgency;
+
+static int get(const int *at) { return __atomic_load_n(at, __ATOMIC_SEQ_CST); }
+static void count(int *at) { __atomic_add_fetch(at, 1, __ATOMIC_SEQ_CST); }
+
+static void task_block(void *ctx, int begin, int end)
+{
+    Urgency *u = ctx;
+    (void)begin, (void)end;
+    count(&u->task_begun);
+    while (!get(&u->urgent_begun)) sched_yield();
+    count(&u->task_done);
+}
+
+static void urgent_block(void *ctx, int begin, int end)
+{
+    Urgency *u = ctx;
+    (void)end;
+    u->done_before[begin] = get(&u->task_done);
+    count(&u->urgent_begun);
+    while (get(&u->urgent_begun) < THREADS) sched_yield();
+}
+
+static void share_out_tasks(void *ctx) { parallel_for(ITEMS, 1, task_block, ctx); }
+
+static void test_callers_loops_come_first(void **state)
+{
+    (void)state;
+    Urgency u = {0};
+    Task task = {0};
+    task_start(&task, share_out_tasks, &u);
+    while (!get(&u.task_begun)) sched_yield();
+    parallel_for(THREADS, 1, urgent_block, &u);
+    task_wait(&task);
+    assert_int_equal(u.task_done, ITEMS);
+    for (int i = 0; i < THREADS; i++) assert_true(u.done_before[i] < ITEMS);
+}
+
 static int with_threads(void **state)
 {
     (void)state;
@@ -105,6 +148,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_each_item_once), cmocka_unit_test(test_task_beside_loops), cmocka_unit_test(test_loops_nest),
     };
+    const struct CMUnitTest with_several[] = {cmocka_unit_test(test_callers_loops_come_first)};
     int failed = cmocka_run_group_tests_name("threads", tests, with_threads, without_threads);
+    failed += cmocka_run_group_tests_name("several threads", with_several, with_threads, without_threads);
     return failed + cmocka_run_group_tests_name("one thread", tests, NULL, NULL);
 }
