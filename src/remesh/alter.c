@@ -153,7 +153,7 @@ static void forget_steps(const Remesh *r)
 
 RemeshStat remesh_coarsen(Remesh *r)
 {
-    static const double LIMIT[] = {0.4, COARSEN_SHORT};
+    static const double LIMIT[] = {0.5, COARSEN_SHORT};
     RemeshStat stat = {0};
     for (int k = 0; k < 2; k++) {
         stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
