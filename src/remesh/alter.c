@@ -175,3 +175,15 @@ RemeshStat remesh_coarsen(Remesh *r)
     forget_steps(r);
     return stat;
 }
+
+void remesh_even(Remesh *r)
+{
+    for (int k = 0; k < 3; k++) {
+        if (k > 0) split_above(r, COARSEN_LONG * r->edge);
+        collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
+        remesh_flip(r, 0.05);
+        remesh_smooth(r, 1);
+    }
+    remesh_compact(r, NULL);
+    forget_steps(r);
+}
