@@ -154,7 +154,7 @@ static void forget_steps(const Remesh *r)
 
 RemeshStat remesh_coarsen(Remesh *r)
 {
-    static const double LIMIT[] = {0.4, COARSEN_SHORT};
+    static const double LIMIT[] = {0.5, COARSEN_SHORT};
     RemeshStat stat = {0};
     for (int k = 0; k < 2; k++) {
         stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
@@ -175,4 +175,16 @@ RemeshStat remesh_coarsen(Remesh *r)
     remesh_compact(r, NULL);
     forget_steps(r);
     return stat;
+}
+
+void remesh_even(Remesh *r)
+{
+    for (int k = 0; k < 3; k++) {
+        if (k > 0) split_above(r, COARSEN_LONG * r->edge);
+        collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
+        remesh_flip(r, 0.05);
+        remesh_smooth(r, 1);
+    }
+    remesh_compact(r, NULL);
+    forget_steps(r);
 }

@@ -73,6 +73,9 @@ void remesh_smooth(Remesh *r, int steps);
 /* Marching cubes' small triangles brought to the wanted edge length. Leaves the mesh compact, without flags. */
 RemeshStat remesh_coarsen(Remesh *r);
 
+/* Triangles of about the edge length wanted made more even. Leaves the mesh compact, without flags. */
+void remesh_even(Remesh *r);
+
 /* Inverted triangles (2.6) flipped, collapsed or moved away as far as possible, but for those whose corners are all frozen
  * (may be NULL) or outside the zone. found: how many there were. Returns how many are left. */
 int remesh_heal(Remesh *r, const uint8_t *frozen, int *found);

@@ -1,5 +1,6 @@
 /* track.c: the method on one page: predict, audit and mend, alter and relax, audit again, refine. */
 #include "topology/speck.h"
+#include "topology/start.h"
 #include "track/track_priv.h"
 
 #include <math.h>
@@ -173,6 +174,18 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
     stat->seconds.predict += track_clock() - t0;
 }
 
+/* The edge length to make triangles of that relaxing brings to the one wanted. */
+static double edge_made(const Track *tr) { return tr->edge * tr->rest_ratio / REST_RATIO; }
+
+/* Where there was no mesh. The papers' rules begin with the exact one. */
+static void start(Track *tr, const IsoSurface *iso, FrameStat *stat)
+{
+    double t0 = track_clock();
+    start_mesh(iso, edge_made(tr), &tr->mesh);
+    add_columns(tr, 0);
+    stat->seconds.mend += track_clock() - t0;
+}
+
 /* What is written is what the next frame starts from. */
 static void round_positions(Track *tr)
 {
@@ -205,7 +218,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, bool relaxed, Frame
     float *unrest = NEW(float, n);
     uint8_t *frozen = NEW(uint8_t, n), *moved = NEW(uint8_t, n);
     for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v], moved[v] = tr->moved[v];
-    mend_mesh(iso, &(MendOptions){tr->edge * tr->rest_ratio / REST_RATIO, frozen, relaxed ? &tr->crossings : NULL, !relaxed}, m, &tr->mended);
+    mend_mesh(iso, &(MendOptions){edge_made(tr), frozen, relaxed ? &tr->crossings : NULL, !relaxed}, m, &tr->mended);
     if (tr->mended.rounds > rounds) carry_columns(tr, n, id, unrest, frozen, moved);
     mem_free(id);
     mem_free(unrest);
@@ -425,6 +438,7 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     const IsoSurface *iso = &tr->iso;
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, iso, stat);
+    else if (tr->set.topology == TOPOLOGY_EXACT) start(tr, iso, stat);
     if (mend && !may_match(tr, iso, stat)) audit_and_mend(tr, iso, false, stat);
     alter_and_relax(tr, iso, stat);
     round_positions(tr);
