@@ -147,7 +147,7 @@ static void three_balls_meet_at_once(void **state)
     /* where they touch the samples may see two necks at first */
     assert_only_kinds(&r, 1u << EVENT_BLEND | 1u << EVENT_HOLE_OPEN | 1u << EVENT_HOLE_CLOSE);
     assert_true(r.sum[EVENT_BLEND] == 2 && r.sum[EVENT_HOLE_OPEN] == r.sum[EVENT_HOLE_CLOSE]);
-    assert_place(&r, only(&r, EVENT_HOLE_CLOSE), vec3(39.6, 39.7, 19.8), 3);
+    assert_place(&r, only(&r, EVENT_HOLE_CLOSE), vec3(39.6, 39.7, 19.8), 4);
     scene_close(&scene);
     run_close(&r);
 }
