@@ -183,23 +183,28 @@ static void drop_poor(const Remesh *r)
     mem_free(drop);
 }
 
-void start_mesh(const IsoSurface *iso, double edge, Mesh *mesh)
+/* Onto the exact surface, and even there. */
+static void settle(const IsoSurface *iso, double edge, Mesh *mesh)
 {
-    ASSERT(mesh->ntri == 0);
-    const Field *fine = iso->field;
-    const double step = STEP_EDGES * edge / fine->voxel;
-    if (iso->ncell == 0 || step < STEP_MIN_VOX) return;
-    Field f;
     Remesh r;
-    sample_lattice(iso, real_min(step, STEP_MAX_VOX), &f);
-    triangulate(&f, mesh);
-    field_free(&f);
-    field_project(fine, mesh->nvert, mesh->pos, edge, NULL);
+    field_project(iso->field, mesh->nvert, mesh->pos, edge, NULL);
     int32_t *home = audit_mesh_homes(iso, mesh);
-    remesh_begin(&r, mesh, fine, edge, &(Homes){iso_is_home, iso, home});
+    remesh_begin(&r, mesh, iso->field, edge, &(Homes){iso_is_home, iso, home});
     drop_poor(&r);
     remesh_even(&r);
     remesh_end(&r);
     mem_free(home);
     for (int v = 0; v < mesh->nvert; v++) mesh->pos[v] = v_round32(mesh->pos[v]);
+}
+
+void start_mesh(const IsoSurface *iso, double edge, Mesh *mesh)
+{
+    ASSERT(mesh->ntri == 0);
+    const double step = STEP_EDGES * edge / iso->field->voxel;
+    if (iso->ncell == 0 || step < STEP_MIN_VOX) return;
+    Field f;
+    sample_lattice(iso, real_min(step, STEP_MAX_VOX), &f);
+    triangulate(&f, mesh);
+    field_free(&f);
+    if (mesh->ntri) settle(iso, edge, mesh);
 }
