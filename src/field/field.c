@@ -435,7 +435,7 @@ static inline double value_at(const Field *f, Vec3 p)
 
 bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c)
 {
-    Vec3 n = v_scale(v_unit(v_area2(a, b, c)), 0.1 * f->voxel), corner[3] = {a, b, c};
+    Vec3 n = v_scale(v_unit(v_area2(a, b, c)), INVERTED_VOX * f->voxel), corner[3] = {a, b, c};
     for (int k = 0; k < 3; k++)
         if (!(value_at(f, v_add(corner[k], n)) > value_at(f, v_sub(corner[k], n)))) return false;
     return true;

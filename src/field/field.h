@@ -109,5 +109,6 @@ bool field_drop(const Field *f, Vec3 *p, double reach);
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach);
 
 /* GI'07 2.6: a triangle is inverted when n . grad F > 0 at all three corners, n its normal. The slope of F along n
- * is measured over +-0.1 voxel of the trilinear field: right in sheets thinner than the smooth gradient sees. */
+ * is measured over +-INVERTED_VOX of the trilinear field: right in sheets thinner than the smooth gradient sees. */
+#define INVERTED_VOX 0.1
 bool field_triangle_inverted(const Field *f, Vec3 a, Vec3 b, Vec3 c);

@@ -10,7 +10,7 @@ enum { GRAIN = 512, LIMB_CELLS = 6, REACH_CELLS = 2 };
 #define FAR_VOX 0.8          /* a triangle whose centroid is farther cuts through, */
 #define LEAN_VOX 0.5         /* and one whose centroid is farther leans, as does one whose normal */
 #define LEAN_COS 0.3         /* has a cosine below this to the surface's there */
-#define CLEAR_COS 0.5        /* above this to the surface's at one corner: it is not inverted; finer than that is measured only for others */
+#define CLEAR_COS 0.5        /* above this to the surface's at all corners: it is not inverted; finer than that is measured only for others */
 #define SURE_COS 0.9         /* above this at all corners: it follows the surface, if it is short */
 #define SHORT_VOX 2.0        /* edges below this: the surface cannot bulge far between such corners, and no cell the triangle passes is far
                               * from theirs and its centroid's */
@@ -19,7 +19,7 @@ typedef struct Job {
     const IsoSurface *iso;
     const Mesh *mesh;
     Faults *f;
-    Vec3 *inward;  /* [mesh->nvert] unit gradient in the vertex's cell */
+    Vec3 *inward;  /* [mesh->nvert] inward_at */
     uint8_t *hit;  /* [iso->ncell] a triangle passes through */
 } Job;
 
@@ -34,6 +34,13 @@ static bool is_off(const Field *f, Vec3 p, double F, Vec3 g, double most)
     return !(fabs(F) <= most * f->voxel * v_len(g)) && field_distance_vox(f, p) > most;
 }
 
+/* The unit gradient in p's cell; zero where F does not rise along it: in a crack thinner than what inversion is measured over. */
+static Vec3 inward_at(const Field *f, Vec3 p, Vec3 n)
+{
+    double h = INVERTED_VOX * f->voxel;
+    return field_value(f, v_axpy(p, h, n), NULL, NULL) > field_value(f, v_axpy(p, -h, n), NULL, NULL) ? n : vec3(0, 0, 0);
+}
+
 static void vertex_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
@@ -44,7 +51,7 @@ static void vertex_block(void *ctx, int begin, int end)
         int cell = iso_cell_near(iso, p), k = cell == NONE ? NONE : iso_loop_component(iso, iso_loop_in(iso, cell, p));
         bool off = k != NONE && !speck_is(iso, k) && is_off(iso->field, p, F, g, OFF_SURFACE_VOX); /* specks' are drawn off it */
         job->f->comp[v] = off ? NONE : k;
-        job->inward[v] = v_unit(g);
+        job->inward[v] = inward_at(iso->field, p, v_unit(g));
         mark_cell(job, cell);
     }
 }
@@ -70,17 +77,13 @@ static int faults_of(const Job *job, const Tested *a, uint8_t *lean)
 {
     const Field *f = job->iso->field;
     const int32_t *c = job->mesh->corner + 3 * a->t, *comp = job->f->comp;
-    double least = 1, most = -1; /* cosines at the corners */
+    double least = 1; /* cosine at a corner */
     if (comp[c[0]] == NONE || comp[c[1]] == NONE || comp[c[2]] == NONE) return FAULT_STRAY;
     if (comp[c[0]] != comp[c[1]] || comp[c[0]] != comp[c[2]]) return FAULT_TORN;
     if (!(a->size > 0)) return FAULT_DEGENERATE;
-    for (int k = 0; k < 3; k++) {
-        double along = -v_dot(job->inward[c[k]], a->area) / a->size;
-        least = real_min(least, along);
-        most = real_max(most, along);
-    }
+    for (int k = 0; k < 3; k++) least = real_min(least, -v_dot(job->inward[c[k]], a->area) / a->size);
     if (least > SURE_COS && a->is_short) return 0;
-    if (most < CLEAR_COS && field_triangle_inverted(f, a->corner[0], a->corner[1], a->corner[2])) return FAULT_INVERTED;
+    if (least < CLEAR_COS && field_triangle_inverted(f, a->corner[0], a->corner[1], a->corner[2])) return FAULT_INVERTED;
     Vec3 g;
     double F = field_value(f, a->centroid, &g, NULL);
     *lean = is_off(f, a->centroid, F, g, LEAN_VOX) || v_dot(g, a->area) > -LEAN_COS * v_len(g) * a->size;
