@@ -97,18 +97,18 @@ static int count_intersections(const Ready *r)
     return n;
 }
 
-/* Where the mesh of an open border may end: two edges, which are up to twice as long as the mean, and a voxel from the border. */
-static int count_edges_at_border(const CheckSettings *set, const Field *f, const Ready *r)
+/* Where the mesh of an open border may end: two of its longest edges, and a voxel, from the border. A refined mesh was cut as long as it
+ * was coarser. */
+static int count_edges_at_border(const Field *f, const Ready *r)
 {
-    double edge = set->edge_in_voxels ? set->edge : set->edge / f->voxel;
     uint8_t *sides = NEW0(uint8_t, r->s.nedge);
     int n = 0;
+    double longest = 0;
     for (int h = 0; h < 3 * r->ntri; h++)
         if (sides[r->s.side_edge[h]] < 2) sides[r->s.side_edge[h]]++;
-    for (int e = 0; e < r->s.nedge; e++) {
-        Vec3 a = r->pos[r->s.edge[e][0]], b = r->pos[r->s.edge[e][1]];
-        n += sides[e] == 1 && depth_of(f, v_mid(a, b)) <= 1 + 2 * real_max(2 * edge, v_dist(a, b) / f->voxel);
-    }
+    for (int e = 0; e < r->s.nedge; e++) longest = real_max(longest, v_dist(r->pos[r->s.edge[e][0]], r->pos[r->s.edge[e][1]]));
+    for (int e = 0; e < r->s.nedge; e++)
+        n += sides[e] == 1 && depth_of(f, v_mid(r->pos[r->s.edge[e][0]], r->pos[r->s.edge[e][1]])) <= 1 + 2 * longest / f->voxel;
     mem_free(sides);
     return n;
 }
@@ -120,7 +120,7 @@ static void measure_structure(const CheckSettings *set, const Field *f, const Re
     v[CHECK_VERTICES] = r->mesh->nvert;
     v[CHECK_TRIANGLES] = r->mesh->ntri;
     v[CHECK_COMPONENTS] = s->ncomp;
-    v[CHECK_BOUNDARY_EDGES] = s->boundary_edges - (set->open_border ? count_edges_at_border(set, f, r) : 0);
+    v[CHECK_BOUNDARY_EDGES] = s->boundary_edges - (set->open_border ? count_edges_at_border(f, r) : 0);
     v[CHECK_NONMANIFOLD_EDGES] = s->nonmanifold_edges;
     v[CHECK_MISORIENTED_EDGES] = s->misoriented_edges;
     v[CHECK_NONMANIFOLD_VERTICES] = s->nonmanifold_vertices;

@@ -39,7 +39,8 @@ poke() { printf "$3" | dd of="$1" bs=1 seek="$2" conv=notrunc status=none; }
 
 @test "a vertex that moved a little" {
     header=$(grep -a -b -o end_header b.geometric.0002.ply | head -n 1 | cut -d: -f1)
-    poke b.geometric.0002.ply $((header + 11)) '\x01' # the lowest byte of the first x
+    byte=$(od -An -tu1 -j $((header + 11)) -N 1 b.geometric.0002.ply) # the lowest of the first x
+    poke b.geometric.0002.ply $((header + 11)) "\\x$(printf %02x $((byte ^ 1)))"
     compare a b
     expect 1 "0002: different" "vertex 0" "identical 5"
     compare a b --tolerance 1e-3
