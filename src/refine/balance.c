@@ -24,13 +24,11 @@ typedef struct Balance {
 static void out_block(void *ctx, int begin, int end)
 {
     Balance *b = ctx;
-    const RefinedMesh *m = b->m;
-    Vec3 at[BATCH], g[BATCH];
+    Vec3 g[BATCH];
     double F[BATCH];
     for (int first = begin; first < end; first += BATCH) {
         int n = int_min(BATCH, end - first);
-        for (int i = 0; i < n; i++) at[i] = refined_centroid(m, first + i);
-        field_sample(b->field, n, at, F, g);
+        sample_centroids(b->m, b->field, first, n, F, g);
         for (int i = 0; i < n; i++) b->out[first + i] = far_vox(b->field, F[i], g[i]) * b->field->voxel * (F[i] < 0 ? -1 : 1);
     }
 }

@@ -14,12 +14,11 @@ static void measure_block(void *ctx, int begin, int end)
     Job *job = ctx;
     const RefinedMesh *m = job->m;
     RefineFigures *s = &job->block[begin / GRAIN];
-    Vec3 at[BATCH], g[BATCH];
+    Vec3 g[BATCH];
     double F[BATCH];
     for (int first = begin; first < end; first += BATCH) {
         int n = int_min(BATCH, end - first);
-        for (int i = 0; i < n; i++) at[i] = refined_centroid(m, first + i);
-        field_sample(job->field, n, at, F, g);
+        sample_centroids(m, job->field, first, n, F, g);
         for (int i = 0; i < n; i++) {
             const int32_t *c = m->tri + 3 * (first + i);
             double far = far_vox(job->field, F[i], g[i]);

@@ -46,6 +46,14 @@ static inline Vec3 refined_centroid(const RefinedMesh *m, int t)
     return v_scale(v_add(v_add(m->pos[c[0]], m->pos[c[1]]), m->pos[c[2]]), 1.0 / 3);
 }
 
+/* F and its gradient at the centroids of n triangles, BATCH at most, from number `first` on. */
+static inline void sample_centroids(const RefinedMesh *m, const Field *f, int first, int n, double *F, Vec3 *grad)
+{
+    Vec3 at[BATCH];
+    for (int i = 0; i < n; i++) at[i] = refined_centroid(m, first + i);
+    field_sample(f, n, at, F, grad);
+}
+
 /* The distance from the surface to first order, in voxels. */
 static inline double far_vox(const Field *f, double F, Vec3 grad)
 {
