@@ -136,7 +136,10 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         if (!more) break;
     }
     give_area(m, landed, down);
-    for (int v = 0; v < m->nvert; v++) *flattened += down[v] == LIES_FLAT;
+    for (int v = 0; v < m->nvert; v++) {
+        *flattened += down[v] == LIES_FLAT;
+        if (down[v] != STAYS && !own) field_normals(field, 1, &landed[v], &m->normal[v]); /* not that of where it was lifted to */
+    }
     mem_free(own);
     mem_free(pair);
     mem_free(down);

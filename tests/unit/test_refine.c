@@ -600,10 +600,13 @@ static void crossing_pieces_are_laid_flat(void **state)
     assert_true(v_dist(m.pos[v], mid) == 0);
     Vec3 *landed = NEW(Vec3, m.nvert); /* of one that was lifted it is enough that it lands */
     memcpy(landed, m.pos, (size_t)m.nvert * sizeof *landed);
-    m.pos[a] = v_round32(v_axpy(m.pos[a], -17, m.normal[a]));
+    Vec3 normal = m.normal[a];
+    m.pos[a] = v_round32(v_axpy(m.pos[a], -17, normal));
+    m.normal[a] = v_scale(normal, -1);
     assert_int_equal(refine_untangle(&m, &s.field, landed, &none, &flattened), 0);
     assert_int_equal(flattened, 0);
     assert_memory_equal(m.pos, landed, (size_t)m.nvert * sizeof *landed);
+    assert_near(v_dot(m.normal[a], normal), 1, 1e-6);
     mem_free(landed);
     refined_free(&m);
     refine_free(&memory);
