@@ -19,12 +19,14 @@ typedef struct MoveJob {
     uint8_t *state;    /* [ntri] */
 } MoveJob;
 
+static bool may_move(const MoveJob *job, int v) { return !(job->frozen && job->frozen[v]) && remesh_in_zone(job->r, v); }
+
 static void move_block(void *ctx, int begin, int end)
 {
     MoveJob *job = ctx;
     Remesh *r = job->r;
     for (int v = begin; v < end; v++) {
-        if (vert_is_dead(r->mesh, v) || (job->frozen && job->frozen[v]) || !remesh_in_zone(r, v)) continue;
+        if (vert_is_dead(r->mesh, v) || !may_move(job, v)) continue;
         Vec3 p = job->target[v], n;
         job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge, &n) || v_dot(n, job->old_normal[v]) <= 0; /* another sheet */
         if (job->stays[v]) continue;
@@ -79,7 +81,7 @@ static bool take_back(MoveJob *job)
         job->state[t] = FINE;
         for (int k = 0; k < 3; k++) {
             int v = m->corner[3 * t + k];
-            if (job->stays[v] || (job->frozen && job->frozen[v]) || !remesh_in_zone(job->r, v)) continue;
+            if (job->stays[v] || !may_move(job, v)) continue;
             job->stays[v] = 1;
             m->pos[v] = job->old_pos[v];
             job->r->normal[v] = job->old_normal[v];
@@ -99,7 +101,8 @@ int remesh_move(Remesh *r, const Vec3 *target, const uint8_t *frozen)
     memset(job.state, FINE, (size_t)m->ntri);
     for (int i = 0; i < remesh_scope_size(r); i++) {
         int t = remesh_scope_tri(r, i);
-        if (!tri_is_dead(m, t) && remesh_touches_zone(r, t)) job.state[t] = LOOK;
+        const int32_t *c = m->corner + 3 * t;
+        if (!tri_is_dead(m, t) && (may_move(&job, c[0]) || may_move(&job, c[1]) || may_move(&job, c[2]))) job.state[t] = LOOK;
     }
     parallel_for(m->nvert, GRAIN, move_block, &job);
     /* each round takes at least one vertex back, and old triangles are as good as they were: it ends by itself */

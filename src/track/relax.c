@@ -6,9 +6,12 @@
 enum { GRAIN = 512 };
 #define FLAT_COS 0.97  /* 14 degrees; a feature turns by 40 */
 #define STEP_MAX 0.3 /* a vertex moves at most this far in a step, in edges wanted */
+#define CALM 0.05    /* what a step moves less than this, in edges wanted, sits out the steps */
+#define ALL_EVERY 3  /* between one of these and the next */
 
 typedef struct TriJob {
     const Remesh *r;
+    const uint8_t *held; /* [nvert] */
     Vec3 *normal;      /* [ntri] the field's at the centroids */
     uint8_t *inverted; /* [ntri] */
 } TriJob;
@@ -31,7 +34,9 @@ static void tri_block(void *ctx, int begin, int end)
     TriJob *job = ctx;
     const Mesh *m = job->r->mesh;
     for (int t = begin; t < end; t++) {
-        Vec3 a = m->pos[m->corner[3 * t]], b = m->pos[m->corner[3 * t + 1]], c = m->pos[m->corner[3 * t + 2]];
+        const int32_t *v = m->corner + 3 * t;
+        if (job->held[v[0]] && job->held[v[1]] && job->held[v[2]]) continue; /* no element */
+        Vec3 a = m->pos[v[0]], b = m->pos[v[1]], c = m->pos[v[2]];
         Vec3 centroid = v_scale(v_add(v_add(a, b), c), 1.0 / 3);
         if (is_flat(job->r, t, &job->normal[t])) continue; /* job->inverted starts at 0 */
         field_normals(job->r->field, 1, &centroid, &job->normal[t]);
@@ -39,25 +44,36 @@ static void tri_block(void *ctx, int begin, int end)
     }
 }
 
-void track_relax(Track *tr, Remesh *r, FrameStat *stat)
+/* Frozen vertices, and in most steps those that their last one found calm: the first step of a frame brings most of the skin as near to
+ * rest as all steps would, and the others are for where it is stretched, cut or sewn. The caller frees it. */
+static uint8_t *find_held(const Track *tr, int step)
+{
+    uint8_t *held = NEW(uint8_t, tr->mesh.nvert);
+    for (int v = 0; v < tr->mesh.nvert; v++) held[v] = tr->frozen[v] || (step % ALL_EVERY > 0 && tr->unrest[v] < CALM);
+    return held;
+}
+
+void track_relax(Track *tr, Remesh *r, int step, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
-    TriJob job = {r, NEW(Vec3, m->ntri), NEW0(uint8_t, m->ntri)};
+    uint8_t *held = find_held(tr, step);
+    TriJob job = {r, held, NEW(Vec3, m->ntri), NEW0(uint8_t, m->ntri)};
     Vec3 *dx = NEW(Vec3, m->nvert);
     parallel_for(m->ntri, GRAIN, tri_block, &job);
     MechanicsProblem prob = {.nvert = m->nvert, .ntri = m->ntri, .pos = m->pos, .tri = m->corner, .normal = r->normal,
-                             .tri_normal = job.normal, .inverted = job.inverted, .frozen = tr->frozen};
+                             .tri_normal = job.normal, .inverted = job.inverted, .frozen = held};
     CgStat cg = mechanics_step(&tr->mech, &tr->set.mech, &prob, dx);
     stat->relax_steps++;
     stat->cg_iterations += cg.iterations;
     stat->cg_residual = cg.residual;
     for (int v = 0; v < m->nvert; v++) {
         double l = v_len(dx[v]), limit = STEP_MAX * tr->edge;
-        if (!tr->frozen[v]) tr->unrest[v] = (float)(l / tr->edge);
+        if (!held[v]) tr->unrest[v] = (float)(l / tr->edge);
         dx[v] = v_axpy(m->pos[v], l > limit ? limit / l : 1, dx[v]);
     }
-    remesh_move(r, dx, tr->frozen);
+    remesh_move(r, dx, held);
     mem_free(dx);
+    mem_free(held);
     mem_free(job.normal);
     mem_free(job.inverted);
 }

@@ -279,7 +279,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     for (int k = 0; k < tr->set.relax_steps; k++) {
         alter(tr, &r, stat);
         double t0 = track_clock();
-        track_relax(tr, &r, stat);
+        track_relax(tr, &r, k, stat);
         remesh_remember_lengths(m);
         stat->seconds.relax += track_clock() - t0;
     }

@@ -132,6 +132,40 @@ static void ball_comes_to_rest(void **state)
     run_close(&r);
 }
 
+/* The same frame with one step and with two: most of a ball that only moves is calm after the first. */
+static void calm_vertices_sit_out_the_second_step(void **state)
+{
+    (void)state;
+    double k[4] = {13.3, 13.6, 13.8, 8};
+    Run before = run_open(track_defaults());
+    for (int f = 0; f < 6; f++, k[0] += 0.1) run_frame(&before, grid_of(32, fn_ball, k));
+    TriMesh after[2];
+    for (int i = 0; i < 2; i++) {
+        TrackSettings set = track_defaults();
+        set.relax_steps = 1 + i;
+        Run r = run_open(set);
+        track_pass_on(before.tr, r.tr);
+        run_frame(&r, grid_of(32, fn_ball, k));
+        assert_int_equal(r.stat.relax_steps, 1 + i);
+        after[i] = r.mech;
+        r.mech = (TriMesh){0};
+        run_close(&r);
+    }
+    run_close(&before);
+    Map at;
+    int stayed = 0;
+    map_init(&at, after[0].nvert);
+    for (int v = 0; v < after[0].nvert; v++) map_put(&at, (uint64_t)after[0].id[v], v);
+    for (int v = 0; v < after[1].nvert; v++) {
+        int was = map_get(&at, (uint64_t)after[1].id[v]);
+        stayed += was != NONE && memcmp(after[0].pos + 3 * was, after[1].pos + 3 * v, 3 * sizeof(float)) == 0;
+    }
+    if (getenv("TWINMESH_TOLD")) print_message("%d of %d stayed\n", stayed, after[1].nvert);
+    assert_in_range(stayed, after[1].nvert / 3, after[1].nvert - 1);
+    map_free(&at);
+    for (int i = 0; i < 2; i++) trimesh_free(&after[i]);
+}
+
 /* The same samples again: the same meshes, whatever they would still relax to. Not so where a velocity moves what is on the surface. */
 static void same_field_keeps_the_meshes(void **state)
 {
@@ -539,6 +573,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(same_bytes_for_any_number_of_threads),
         cmocka_unit_test(ball_comes_to_rest),
+        cmocka_unit_test(calm_vertices_sit_out_the_second_step),
         cmocka_unit_test(same_field_keeps_the_meshes),
         cmocka_unit_test(mean_edge_is_what_was_asked),
         cmocka_unit_test(fast_ball_is_followed),
