@@ -275,8 +275,6 @@ Vec3 mesh_ring_mean(const Mesh *m, int v)
     return v_scale(sum, 1.0 / n);
 }
 
-double mesh_edge_length(const Mesh *m, int h) { return v_dist(m->pos[he_from(m, h)], m->pos[he_to(m, h)]); }
-
 /* --- the invariant ----------------------------------------------------------------------------------------- */
 
 static _Thread_local char complaint[160];

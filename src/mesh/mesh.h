@@ -56,7 +56,7 @@ void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, in
 
 int mesh_valence(const Mesh *m, int v);
 Vec3 mesh_tri_area2(const Mesh *m, int t); /* twice the area times the unit normal */
-double mesh_edge_length(const Mesh *m, int h);
+static inline double mesh_edge_length(const Mesh *m, int h) { return v_dist(m->pos[he_from(m, h)], m->pos[he_to(m, h)]); }
 Vec3 mesh_ring_mean(const Mesh *m, int v); /* of its neighbours */
 
 /* --- edits: each keeps a closed manifold. Changed edges become EDGE_FLAGGED, their length unknown. --- */

@@ -19,17 +19,30 @@ static bool is_inverted(const Remesh *r, int t)
     return field_triangle_inverted(r->field, r->mesh->pos[c[0]], r->mesh->pos[c[1]], r->mesh->pos[c[2]]);
 }
 
-static double change_of(const Mesh *m, int h) { return m->length[h] < 0 ? 0 : mesh_edge_length(m, h) - (double)m->length[h]; }
+static double change_of(const Mesh *m, int h, double length) { return m->length[h] < 0 ? 0 : length - (double)m->length[h]; }
+
+/* Edges that this step's edits, or the last one's, made are let alone, and those that are on their way back. */
+static bool may_split(const Mesh *m, int h, double length, const void *ctx)
+{
+    const AlterRules *rules = ctx;
+    return !m->flag[h] && change_of(m, h, length) > -rules->eps * rules->rest;
+}
+
+static bool may_collapse(const Mesh *m, int h, double length, const void *ctx)
+{
+    const AlterRules *rules = ctx;
+    return !m->flag[h] && change_of(m, h, length) < rules->eps * rules->rest;
+}
 
 static int alter_split(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, rules->e_max * rules->rest, 1e300, true, &edge), splits = 0;
+    int n = remesh_edges_by_length(r, &(EdgeChoice){rules->e_max * rules->rest, 1e300, may_split, rules}, true, &edge), splits = 0;
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
-        if (m->flag[h] || change_of(m, h) <= -rules->eps * rules->rest) continue; /* it has been shrinking */
-        if (is_inverted(r, h / 3) || is_inverted(r, m->opp[h] / 3)) continue;     /* 2.6.1: would make more of them */
+        if (m->flag[h]) continue;
+        if (is_inverted(r, h / 3) || is_inverted(r, m->opp[h] / 3)) continue; /* 2.6.1: would make more of them */
         remesh_split(r, h);
         splits++;
     }
@@ -37,38 +50,37 @@ static int alter_split(Remesh *r, const AlterRules *rules)
     return splits;
 }
 
-/* 1 for vertices of components of fewer than DROPLET_VERTICES, 2 of fewer than SPECK_VERTICES. The caller frees it. */
-static uint8_t *find_droplets(const Remesh *r)
+/* Vertices of v's component, but counted no further than DROPLET_VERTICES. */
+static int count_vertices(const Mesh *m, int v)
 {
-    const Mesh *m = r->mesh;
-    int32_t *comp = NEW(int32_t, m->nvert);
-    int n = mesh_components(m, NULL, comp);
-    int32_t *count = NEW0(int32_t, n);
-    uint8_t *droplet = NEW0(uint8_t, m->nvert);
-    for (int v = 0; v < m->nvert; v++)
-        if (comp[v] != NONE) count[comp[v]]++;
-    for (int v = 0; v < m->nvert; v++) droplet[v] = (uint8_t)(comp[v] == NONE ? 0 : (count[comp[v]] < DROPLET_VERTICES) + (count[comp[v]] < SPECK_VERTICES));
-    mem_free(comp);
-    mem_free(count);
-    return droplet;
+    int32_t found[DROPLET_VERTICES] = {v};
+    int n = 1;
+    for (int i = 0; i < n; i++) {
+        int h = m->out[found[i]];
+        do {
+            int w = he_to(m, h), k = 0;
+            while (k < n && found[k] != w) k++;
+            if (k < n) continue;
+            if (n == DROPLET_VERTICES) return n;
+            found[n++] = w;
+        } while ((h = he_around(m, h)) != m->out[found[i]]);
+    }
+    return n;
 }
 
 static int alter_collapse(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, -1, rules->e_min * rules->rest, false, &edge), collapses = 0;
-    uint8_t *droplet = find_droplets(r);
+    int n = remesh_edges_by_length(r, &(EdgeChoice){-1, rules->e_min * rules->rest, may_collapse, rules}, false, &edge), collapses = 0;
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
-        if (h == NONE || m->flag[h] || droplet[he_from(m, h)] == 2) continue;
-        double limit = rules->e_min * rules->rest * (droplet[he_from(m, h)] ? DROPLET_COLLAPSE : 1);
-        if (mesh_edge_length(m, h) >= limit) continue;
-        if (change_of(m, h) >= rules->eps * rules->rest) continue; /* it has been stretching */
+        if (h == NONE || m->flag[h]) continue;
+        int size = count_vertices(m, he_from(m, h));
+        if (size < SPECK_VERTICES || (size < DROPLET_VERTICES && edge[i].length >= DROPLET_COLLAPSE * rules->e_min * rules->rest)) continue;
         collapses += remesh_try_collapse(r, h, &LIMITS_EDIT);
     }
     mem_free(edge);
-    mem_free(droplet);
     return collapses;
 }
 
@@ -116,7 +128,7 @@ static int collapse_below(Remesh *r, double limit, const Limits *limits)
 {
     Mesh *m = r->mesh;
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, -1, limit, false, &edge), collapses = 0;
+    int n = remesh_edges_by_length(r, &(EdgeChoice){.lo = -1, .hi = limit}, false, &edge), collapses = 0;
     uint8_t *moved = NEW0(uint8_t, m->nvert);
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
@@ -135,7 +147,7 @@ static int collapse_below(Remesh *r, double limit, const Limits *limits)
 static int split_above(Remesh *r, double limit)
 {
     EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, limit, 1e300, true, &edge);
+    int n = remesh_edges_by_length(r, &(EdgeChoice){.lo = limit, .hi = 1e300}, true, &edge);
     for (int i = 0; i < n; i++) remesh_split(r, remesh_find_edge(r->mesh, &edge[i])); /* splits take no edge of the list away */
     mem_free(edge);
     return n;

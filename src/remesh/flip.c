@@ -1,17 +1,21 @@
 #include "remesh/remesh_priv.h"
 
+#include "base/thread.h"
+
+enum { GRAIN = 1024 };
 #define WANTED_LOSS 0.15 /* of quality, that an edge wanted may cost: less than the gain for which it would be flipped back */
 
-/* Of a triangle, asked for by each of its edges: quality[ntri] holds what was found before, else -1. */
-static double quality_of(const Mesh *m, int t, double *quality)
+static double find_quality(const Mesh *m, int t)
 {
     const int32_t *c = m->corner + 3 * t;
-    if (quality[t] < 0) quality[t] = triangle_quality(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
-    return quality[t];
+    return triangle_quality(m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
 }
 
-/* Would the other diagonal of the quad a d b c around h make its worse triangle better by `gain`? */
-static bool gains(const Mesh *m, int h, double gain, double *quality)
+static double quality_of(const Mesh *m, int t, const double *quality) { return quality[t] >= 0 ? quality[t] : find_quality(m, t); }
+
+/* Would the other diagonal of the quad a d b c around h make its worse triangle better by `gain`? quality[ntri]: of the triangles, as
+ * far as it is known; else -1. */
+static bool gains(const Mesh *m, int h, double gain, const double *quality)
 {
     double least = real_min(quality_of(m, h / 3, quality), quality_of(m, m->opp[h] / 3, quality)) + gain;
     if (least > 1) return false;
@@ -53,25 +57,77 @@ static bool touches_zone(const Remesh *r, int h)
 
 int remesh_flip(Remesh *r, double gain) { return remesh_flip_within(r, gain, &LIMITS_EDIT); }
 
-int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
+/* Edges that gain are found for all at once, and again only beside an edge that was flipped since. */
+typedef struct FlipJob {
+    const Remesh *r;
+    double gain;
+    double *quality;  /* [ntri] or -1 */
+    uint8_t *look;    /* [ntri] an edge of it may gain */
+} FlipJob;
+
+static void quality_block(void *ctx, int begin, int end)
+{
+    FlipJob *job = ctx;
+    for (int i = begin; i < end; i++) {
+        int t = remesh_scope_tri(job->r, i);
+        if (!tri_is_dead(job->r->mesh, t)) job->quality[t] = find_quality(job->r->mesh, t);
+    }
+}
+
+/* Each edge is its lower half-edge's triangle's. */
+static bool is_candidate(const FlipJob *job, int h)
+{
+    const Mesh *m = job->r->mesh;
+    return h < m->opp[h] && touches_zone(job->r, h) && gains(m, h, job->gain, job->quality);
+}
+
+static void look_block(void *ctx, int begin, int end)
+{
+    FlipJob *job = ctx;
+    for (int i = begin; i < end; i++) {
+        int t = remesh_scope_tri(job->r, i);
+        job->look[t] = !tri_is_dead(job->r->mesh, t) && (is_candidate(job, 3 * t) || is_candidate(job, 3 * t + 1) || is_candidate(job, 3 * t + 2));
+    }
+}
+
+static bool try_flip(Remesh *r, int h, const Limits *limits)
 {
     Mesh *m = r->mesh;
-    int flips = 0;
-    double *quality = NEW(double, m->ntri);
-    for (int t = 0; t < m->ntri; t++) quality[t] = -1;
-    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+    Fitness now, then;
+    double length;
+    compare_diagonals(r, h, &now, &then, &length);
+    if (length > limits->longest * r->edge) return false;
+    if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) return false;
+    mesh_flip_edge(m, h);
+    return true;
+}
+
+/* At a triangle that is another one now, and its neighbours. */
+static void look_again(FlipJob *job, int t)
+{
+    const Mesh *m = job->r->mesh;
+    job->quality[t] = find_quality(m, t);
+    job->look[t] = 1;
+    for (int k = 0; k < 3; k++) job->look[m->opp[3 * t + k] / 3] = 1;
+}
+
+int remesh_flip_within(Remesh *r, double gain, const Limits *limits)
+{
+    const Mesh *m = r->mesh;
+    int flips = 0, n = remesh_scope_size(r);
+    FlipJob job = {r, gain, NEW(double, m->ntri), NEW(uint8_t, m->ntri)};
+    for (int t = 0; r->scope && t < m->ntri; t++) job.quality[t] = -1; /* flips may reach beyond the scope */
+    parallel_for(n, GRAIN, quality_block, &job);
+    parallel_for(n, GRAIN, look_block, &job);
+    for (int i = 0; i < 3 * n; i++) {
         int h = remesh_scope_half(r, i);
-        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !touches_zone(r, h) || !gains(m, h, gain, quality)) continue;
-        Fitness now, then;
-        double length;
-        compare_diagonals(r, h, &now, &then, &length);
-        if (length > limits->longest * r->edge) continue;
-        if (then.facing < real_min(limits->facing, now.facing) || !mesh_can_flip(m, h) || !stays_close(r, h, limits)) continue;
-        quality[h / 3] = quality[m->opp[h] / 3] = -1;
-        mesh_flip_edge(m, h);
+        if (!job.look[h / 3] || !is_candidate(&job, h) || !try_flip(r, h, limits)) continue;
+        look_again(&job, h / 3);
+        look_again(&job, m->opp[h] / 3);
         flips++;
     }
-    mem_free(quality);
+    mem_free(job.quality);
+    mem_free(job.look);
     return flips;
 }
 

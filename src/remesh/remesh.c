@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRAIN = 512 };
+enum { GRAIN = 512, EDGE_GRAIN = 2048 };
 
 const Limits LIMITS_EDIT = {0.65, 0.25, 0.2, 1.45};
 const Limits LIMITS_MOVE = {0.3, 0.15, 0.3, 0};
@@ -178,11 +178,14 @@ void remesh_land(Remesh *r, const uint8_t *moved, double reach)
     parallel_for(r->mesh->nvert, GRAIN, land_block, &(LandJob){r, moved, reach});
 }
 
-void remesh_remember_lengths(Mesh *m)
+static void remember_block(void *ctx, int begin, int end)
 {
-    for (int h = 0; h < 3 * m->ntri; h++)
+    Mesh *m = ctx;
+    for (int h = 3 * begin; h < 3 * end; h++)
         if (!tri_is_dead(m, h / 3)) m->length[h] = (float)mesh_edge_length(m, h);
 }
+
+void remesh_remember_lengths(Mesh *m) { parallel_for(m->ntri, EDGE_GRAIN, remember_block, m); }
 
 /* --- edges in order ---------------------------------------------------------------------------------------------- */
 
@@ -200,21 +203,50 @@ static int longer_first(const void *pa, const void *pb)
     return a->h < b->h ? -1 : 1;
 }
 
-int remesh_edges_by_length(const Remesh *r, double lo, double hi, bool descending, EdgeEnds **edges)
+typedef struct EdgeList {
+    EdgeEnds *edge;
+    int n, cap;
+} EdgeList;
+
+typedef struct EdgeJob {
+    const Remesh *r;
+    const EdgeChoice *choice;
+    EdgeList *list; /* a block */
+} EdgeJob;
+
+static void edge_block(void *ctx, int begin, int end)
 {
+    const EdgeJob *job = ctx;
+    const Remesh *r = job->r;
     const Mesh *m = r->mesh;
-    EdgeEnds *e = NULL;
-    int n = 0, cap = 0;
-    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
+    const EdgeChoice *c = job->choice;
+    EdgeList *list = &job->list[begin / EDGE_GRAIN];
+    for (int i = 3 * begin; i < 3 * end; i++) {
         int h = remesh_scope_half(r, i);
         if (tri_is_dead(m, h / 3) || h > m->opp[h] || !(remesh_in_zone(r, he_from(m, h)) || remesh_in_zone(r, he_to(m, h)))) continue;
         double l = mesh_edge_length(m, h);
-        if (!(l > lo && l < hi)) continue;
-        RESERVE(e, cap, n + 1);
-        e[n++] = (EdgeEnds){l, h, he_from(m, h), he_to(m, h)};
+        if (!(l > c->lo && l < c->hi) || (c->test && !c->test(m, h, l, c->ctx))) continue;
+        RESERVE(list->edge, list->cap, list->n + 1);
+        list->edge[list->n++] = (EdgeEnds){l, h, he_from(m, h), he_to(m, h)};
     }
-    if (n) qsort(e, (size_t)n, sizeof *e, descending ? longer_first : shorter_first);
-    *edges = e;
+}
+
+int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool descending, EdgeEnds **edges)
+{
+    int ntri = remesh_scope_size(r), blocks = (ntri + EDGE_GRAIN - 1) / EDGE_GRAIN, n = 0;
+    EdgeList *list = NEW0(EdgeList, blocks);
+    parallel_for(ntri, EDGE_GRAIN, edge_block, &(EdgeJob){r, choice, list});
+    for (int b = 0; b < blocks; b++) n += list[b].n;
+    EdgeEnds *all = NEW(EdgeEnds, n);
+    n = 0;
+    for (int b = 0; b < blocks; b++) {
+        if (list[b].n) memcpy(all + n, list[b].edge, (size_t)list[b].n * sizeof *all);
+        n += list[b].n;
+        mem_free(list[b].edge);
+    }
+    mem_free(list);
+    if (n) qsort(all, (size_t)n, sizeof *all, descending ? longer_first : shorter_first);
+    *edges = all;
     return n;
 }
 

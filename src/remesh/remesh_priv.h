@@ -76,8 +76,16 @@ typedef struct EdgeEnds {
     int32_t h, from, to;
 } EdgeEnds;
 
-/* Live edges with an end in the zone, of a length between lo and hi, sorted by it (ascending or descending, ties by index); the caller frees them. */
-int remesh_edges_by_length(const Remesh *r, double lo, double hi, bool descending, EdgeEnds **edges);
+/* Which edges: with an end in the zone, of a length between lo and hi, and if `test` is not NULL those it holds of. Tests are called from
+ * several threads. */
+typedef struct EdgeChoice {
+    double lo, hi;
+    bool (*test)(const Mesh *m, int h, double length, const void *ctx);
+    const void *ctx;
+} EdgeChoice;
+
+/* Live edges sorted by length (ascending or descending, ties by index); the caller frees them. */
+int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool descending, EdgeEnds **edges);
 /* The half-edge between the ends, or NONE if the edge is gone. */
 int remesh_find_edge(const Mesh *m, const EdgeEnds *e);
 /* Lands all vertices that `moved` marks (NULL: all) and renews their normals; those lost stay. */
