@@ -19,7 +19,7 @@ typedef struct Builder {
     uint8_t *kind;         /* [grid->nblock] what the grid's blocks hold */
 } Builder;
 
-enum { BLOCK_OUTSIDE, BLOCK_INSIDE, BLOCK_MIXED, BLOCK_NONE };
+enum { BLOCK_OUTSIDE, BLOCK_INSIDE, BLOCK_MIXED };
 
 /* The isovalue is a float32 too. */
 static bool is_inside(const Field *f, float v) { return f->sign > 0 ? v > (float)f->iso : v < (float)f->iso; }
@@ -180,18 +180,21 @@ static bool find_candidates(Builder *b, Err *err)
 
 /* --- filling bricks ---------------------------------------------------------------------------------------- */
 
-/* The 27 blocks about a brick; where there is none, a constant stands for its samples (a tile is a whole number of blocks). */
+/* The 27 blocks about a brick; where there is none, a row of a constant stands for all of its rows (a tile is a whole number of blocks). */
 typedef struct Blocks {
-    const float *sample[27]; /* [512], or NULL */
-    float constant[27][8];   /* a row of them */
+    const float *row[27];   /* the first */
+    int step[27];           /* from row to row: 8 or 0 */
+    float constant[27][8];
 } Blocks;
 
 static void find_blocks(const Grid *g, const int o[3], Blocks *out)
 {
     for (int n = 0; n < 27; n++) {
         int x = o[0] + 8 * (n % 3 - 1), y = o[1] + 8 * (n / 3 % 3 - 1), z = o[2] + 8 * (n / 9 - 1);
-        out->sample[n] = grid_block(g, x, y, z);
-        if (out->sample[n]) continue;
+        const float *block = grid_block(g, x, y, z);
+        out->row[n] = block ? block : out->constant[n];
+        out->step[n] = block ? 8 : 0;
+        if (block) continue;
         float c = grid_at(g, x, y, z, 0);
         for (int k = 0; k < 8; k++) out->constant[n][k] = c;
     }
@@ -199,8 +202,6 @@ static void find_blocks(const Grid *g, const int o[3], Blocks *out)
 
 /* Along an axis a brick's span is the last sample of the block before, all of the block, and two of the next. */
 static const struct { int from, n; } SPAN_PART[3] = {{7, 1}, {0, 8}, {0, 2}};
-
-static const float *row_of(const Blocks *blocks, int n, int row) { return blocks->sample[n] ? blocks->sample[n] + row : blocks->constant[n]; }
 
 static void cut_to_box(const Field *f, const int o[3], float *v)
 {
@@ -222,15 +223,17 @@ static void gather_brick(const Field *f, const Grid *g, const int o[3], float *o
     find_blocks(g, o, &blocks);
     for (int k = 0; k < 3; k++)
         for (int z = 0; z < SPAN_PART[k].n; z++)
-            for (int j = 0; j < 3; j++)
-                for (int y = 0; y < SPAN_PART[j].n; y++, v += BRICK_SPAN) {
-                    int n = 9 * k + 3 * j, row = 64 * (SPAN_PART[k].from + z) + 8 * (SPAN_PART[j].from + y);
-                    const float *after = row_of(&blocks, n + 2, row);
-                    v[0] = row_of(&blocks, n, row)[7];
-                    memcpy(v + 1, row_of(&blocks, n + 1, row), 8 * sizeof *v);
+            for (int j = 0; j < 3; j++) {
+                int n = 9 * k + 3 * j, row = 8 * (SPAN_PART[k].from + z) + SPAN_PART[j].from;
+                const int *step = blocks.step + n;
+                const float *before = blocks.row[n] + step[0] * row, *at = blocks.row[n + 1] + step[1] * row, *after = blocks.row[n + 2] + step[2] * row;
+                for (int y = 0; y < SPAN_PART[j].n; y++, v += BRICK_SPAN, before += step[0], at += step[1], after += step[2]) {
+                    v[0] = before[7];
+                    memcpy(v + 1, at, 8 * sizeof *v);
                     v[9] = after[0];
                     v[10] = after[1];
                 }
+            }
     if (!in_box(f, o[0] - 1, o[1] - 1, o[2] - 1) || !in_box(f, o[0] + 9, o[1] + 9, o[2] + 9)) cut_to_box(f, o, out);
 }
 
@@ -244,21 +247,28 @@ static bool brick_is_crossed(const Field *f, const float *v)
     return inside > 0 && inside < 9 * 9 * 9;
 }
 
-static int kind_at(const Builder *b, int x, int y, int z)
+/* What the samples of a block are that lie at 0 along the axes of `rim` (a bit each). */
+static int kind_of_rim(const Builder *b, int x, int y, int z, int rim)
 {
     const float *v = grid_block(b->grid, x, y, z);
-    return v ? b->kind[(v - b->grid->value) / GRID_CELLS] : BLOCK_NONE;
+    if (!v) return is_inside(b->f, grid_at(b->grid, x, y, z, 0)) ? BLOCK_INSIDE : BLOCK_OUTSIDE;
+    int kind = b->kind[(v - b->grid->value) / GRID_CELLS], inside = 0, nx = rim & 1 ? 1 : 8, ny = rim & 2 ? 1 : 8, nz = rim & 4 ? 1 : 8;
+    if (kind != BLOCK_MIXED || rim == 0) return kind;
+    for (int k = 0; k < nz; k++)
+        for (int j = 0; j < ny; j++)
+            for (int i = 0; i < nx; i++) inside += is_inside(b->f, v[64 * k + 8 * j + i]);
+    return inside == 0 ? BLOCK_OUTSIDE : inside == nx * ny * nz ? BLOCK_INSIDE : BLOCK_MIXED;
 }
 
-/* Most bricks show what they are by the kinds of the blocks they begin in: their own, and seven that give a layer each. */
+/* Its samples origin ... origin+8 lie in eight blocks: all of its own, and a rim each of those above. */
 static bool candidate_is_crossed(const Builder *b, const int o[3])
 {
     float v[BRICK_SAMPLES];
     if (in_box(b->f, o[0], o[1], o[2]) && in_box(b->f, o[0] + 8, o[1] + 8, o[2] + 8)) {
-        int kind = kind_at(b, o[0], o[1], o[2]), n = 1;
-        if (kind == BLOCK_MIXED) return true;
-        while (kind != BLOCK_NONE && n < 8 && kind_at(b, o[0] + 8 * (n & 1), o[1] + 8 * (n >> 1 & 1), o[2] + 8 * (n >> 2)) == kind) n++;
-        if (n == 8) return false;
+        int kind = kind_of_rim(b, o[0], o[1], o[2], 0);
+        for (int rim = 1; rim < 8; rim++)
+            if (kind == BLOCK_MIXED || kind_of_rim(b, o[0] + 8 * (rim & 1), o[1] + 8 * (rim >> 1 & 1), o[2] + 8 * (rim >> 2), rim) != kind) return true;
+        return kind == BLOCK_MIXED;
     }
     gather_brick(b->f, b->grid, o, v);
     return brick_is_crossed(b->f, v);
