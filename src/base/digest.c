@@ -7,6 +7,14 @@
 
 uint64_t digest_bytes(const void *data, size_t n) { return XXH3_64bits(data, n); }
 
+void digest_add(Digest128 *d, const void *data, size_t n)
+{
+    XXH128_hash_t part = XXH3_128bits(data, n);
+    uint64_t all[4] = {d->low, d->high, part.low64, part.high64};
+    XXH128_hash_t sum = XXH3_128bits(all, sizeof all);
+    *d = (Digest128){sum.low64, sum.high64};
+}
+
 bool digest_file(const char *path, uint64_t *out, Err *err)
 {
     enum { BLOCK = 1 << 18 };

@@ -77,7 +77,7 @@ static bool take_surface(Plan *p, const MeshJob *job, const Frame *frame, Surfac
 {
     ReadFrame *f = NEW0(ReadFrame, 1);
     f->frame = *frame;
-    readframe_read(job, *chosen, f);
+    readframe_read(job, *chosen, NULL, f);
     bool good = f->good || job->on_error != ON_ERROR_STOP || fail(err, f->err.code, "frame %s: %s", frame->digits, f->err.text);
     if (f->good) {
         *chosen = f->surface;

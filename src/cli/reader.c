@@ -15,7 +15,8 @@
 struct Reader {
     const MeshJob *job;
     Sequence *sequence;
-    Surface surface; /* only the thread's */
+    Surface surface; /* this and the next only the thread's */
+    LastSamples last;
     /* shared, under the lock */
     pthread_mutex_t lock;
     pthread_cond_t changed;
@@ -26,7 +27,7 @@ struct Reader {
 
 void readframe_free(ReadFrame *f)
 {
-    field_free(&f->field);
+    if (!f->lent) field_free(&f->field);
     scene_frame_free(f->scene);
     if (f->has_velocity) grid_free(&f->velocity);
     for (int i = 0; i < f->nattribute; i++) grid_free(&f->attribute[i]);
@@ -60,16 +61,32 @@ static bool read_volume(const MeshJob *job, ReadFrame *f, Volume *v)
     return false;
 }
 
-static bool read_field(const MeshJob *job, ReadFrame *f)
+/* Are they the last frame's samples, of a surface chosen before? A surface that stands still costs no field. */
+static bool is_same(const ReadFrame *f, const Grid *g, LastSamples *last)
+{
+    if (!last || f->scene) return false;
+    LastSamples was = *last;
+    *last = (LastSamples){f->surface.chosen, grid_digest(g)};
+    return was.known && digest_is_same(was.digest, last->digest);
+}
+
+static bool build_field(const MeshJob *job, const Grid *g, ReadFrame *f)
+{
+    Err err;
+    if (!field_build(&f->field, g, &f->surface.spec, &err)) return fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
+    if (f->scene && !job->trilinear) f->field.exact = scene_exact(f->scene);
+    return true;
+}
+
+static bool read_field(const MeshJob *job, LastSamples *last, ReadFrame *f)
 {
     Volume v;
     if (job->source.next) return job->source.next(job->source.maker, &f->frame, &f->field, &f->err);
     if (!read_volume(job, f, &v)) return false;
     choose_surface(job, &v, f);
-    Err err;
-    bool good = field_build(&f->field, &v.surface, &f->surface.spec, &err);
-    if (good && f->scene && !job->trilinear) f->field.exact = scene_exact(f->scene);
-    if (!good) fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
+    f->same = is_same(f, &v.surface, last);
+    bool good = f->same || build_field(job, &v.surface, f);
+    if (!good && last) last->known = false;
     if (good && v.has_velocity) {
         f->units = velocity_units_of(&v.velocity, job->request.velocity, job->velocity_units);
         velocity_to_world(&v.velocity, f->units);
@@ -88,13 +105,20 @@ static bool read_field(const MeshJob *job, ReadFrame *f)
     return good;
 }
 
-void readframe_read(const MeshJob *job, Surface surface, ReadFrame *f)
+void readframe_read(const MeshJob *job, Surface surface, LastSamples *last, ReadFrame *f)
 {
     double start = console_clock();
     f->surface = surface;
-    f->good = read_field(job, f);
+    f->good = read_field(job, last, f);
     f->digest = input_digest(&f->frame);
     f->seconds = console_clock() - start;
+}
+
+void readframe_borrow(ReadFrame *f, ReadFrame *before)
+{
+    ASSERT(f->same && !before->lent);
+    f->field = before->field;
+    before->lent = true;
 }
 
 static void next_frame(Reader *r, ReadFrame *f)
@@ -103,7 +127,7 @@ static void next_frame(Reader *r, ReadFrame *f)
     f->step = sequence_next(r->sequence, &f->frame, &f->err);
     if (f->step == SEQUENCE_FRAME && r->job->follow && !sequence_await(r->sequence, &f->frame)) f->step = SEQUENCE_END;
     if (f->step != SEQUENCE_FRAME) return;
-    readframe_read(r->job, r->surface, f);
+    readframe_read(r->job, r->surface, &r->last, f);
     r->surface = f->surface;
 }
 

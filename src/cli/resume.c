@@ -75,7 +75,7 @@ static bool read_last(Run *run, const Frame *frame, Err *err)
 {
     ReadFrame *f = &run->slot[(run->next + SLOTS - 1) % SLOTS];
     *f = (ReadFrame){.frame = *frame};
-    readframe_read(&run->job, run->surface, f);
+    readframe_read(&run->job, run->surface, NULL, f);
     if (!f->good) {
         *err = f->err;
         return false;

@@ -126,6 +126,7 @@ static bool track_one(Run *run, const Options *o, ReadFrame *f, double wait_s, E
     say_choices(run, f);
     Completion *c = &run->completion;
     FrameStat stat;
+    if (f->same) readframe_borrow(f, before(run, f));
     if (!track_solve(run->solver, &f->field, f->has_velocity ? &f->velocity : NULL, job_intervals(run->solved, f->frame.number, 1), &stat, err)) return false;
     run->solved = f->frame.number;
     if (!finish_completion(run, err)) return false;

@@ -412,7 +412,7 @@ bool field_is_same(const Field *a, const Field *b)
     if (a->nbrick != b->nbrick || a->ncrossed != b->ncrossed || a->sign != b->sign || a->iso != b->iso || a->far != b->far) return false;
     if (!is_same_affine(&a->xform, &b->xform) || memcmp(a->lo, b->lo, sizeof a->lo) || memcmp(a->hi, b->hi, sizeof a->hi)) return false;
     size_t n = (size_t)a->nbrick;
-    return n == 0 || (!memcmp(a->origin, b->origin, n * sizeof *a->origin) && !memcmp(a->value, b->value, n * BRICK_SAMPLES * sizeof *a->value));
+    return n == 0 || a->value == b->value || (!memcmp(a->origin, b->origin, n * sizeof *a->origin) && !memcmp(a->value, b->value, n * BRICK_SAMPLES * sizeof *a->value));
 }
 
 /* --- single values ------------------------------------------------------------------------------------------ */

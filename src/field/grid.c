@@ -24,6 +24,19 @@ void grid_free(Grid *g)
 
 bool grid_is_empty(const Grid *g) { return g->lo[0] > g->hi[0]; }
 
+Digest128 grid_digest(const Grid *g)
+{
+    Digest128 d = {0};
+    int head[] = {g->ncomp, g->staggered, g->narrow, g->nblock, g->ntile, g->lo[0], g->lo[1], g->lo[2], g->hi[0], g->hi[1], g->hi[2]};
+    digest_add(&d, head, sizeof head);
+    digest_add(&d, &g->xform, sizeof g->xform);
+    digest_add(&d, g->background, sizeof g->background);
+    digest_add(&d, g->origin, (size_t)g->nblock * sizeof *g->origin);
+    digest_add(&d, g->value, (size_t)g->nblock * (size_t)g->ncomp * GRID_CELLS * sizeof *g->value);
+    digest_add(&d, g->tile, (size_t)g->ntile * sizeof *g->tile);
+    return d;
+}
+
 static bool in_reach(int x, int y, int z)
 {
     return x > -COORD_LIMIT && x < COORD_LIMIT && y > -COORD_LIMIT && y < COORD_LIMIT && z > -COORD_LIMIT && z < COORD_LIMIT;

@@ -6,6 +6,7 @@
  * Owned by whoever called grid_init; grid_free gives everything back. */
 #pragma once
 #include "base/base.h"
+#include "base/digest.h"
 #include "base/hash.h"
 #include "base/vec.h"
 
@@ -36,6 +37,8 @@ typedef struct Grid {
 void grid_init(Grid *g, int ncomp);
 void grid_free(Grid *g);
 bool grid_is_empty(const Grid *g);
+/* Of all samples, and where they are. */
+Digest128 grid_digest(const Grid *g);
 /* Room for so many blocks in all, which need not come. */
 void grid_reserve(Grid *g, int nblock);
 /* A new block, or the one that is there already; NULL where the origin lies beyond +-2^20. */

@@ -531,3 +531,17 @@ bad_second() { # words...
     grep -q '"complete":false' out.report.jsonl
     grep -q -- "--resume" err
 }
+
+@test "a frame whose samples are the last one's has its meshes, also after one that cannot be read" {
+    for f in 0002 0003 0005; do cp balls.0001.npy balls.$f.npy; done
+    echo nothing >balls.0004.npy
+    cp balls.0006.npy balls.0007.npy
+    mesh balls.####.npy --frames 1-7 --on-error skip
+    expect 0
+    for f in 0002 0003 0005 0007; do [ "$(frame_of $f | jq '.frozen_vertices == .vertices_mechanical and .relax_steps == 0')" = true ]; done
+    [ "$(frame_of 0006 | jq .relax_steps)" = 3 ]
+    for kind in mechanical geometric; do
+        for f in 0002 0003 0005; do cmp out.$kind.0001.ply out.$kind.$f.ply; done
+        run ! cmp -s out.$kind.0005.ply out.$kind.0006.ply
+    done
+}

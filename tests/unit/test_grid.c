@@ -53,6 +53,26 @@ static void block_is_added_once(void **state)
     grid_free(&g);
 }
 
+/* Whatever changes what a grid's samples are, or where, changes the digest. */
+static void digest_tells_grids_apart(void **state)
+{
+    (void)state;
+    Grid g[7];
+    for (int i = 0; i < 7; i++) {
+        grid_init(&g[i], 1);
+        memset(grid_add_block(&g[i], i == 1 ? 16 : 8, 0, 0), 0, GRID_CELLS * sizeof(float));
+        grid_add_tile(&g[i], (GridTile){{0, i == 2 ? 8 : 0, 0}, 3, {3, 0, 0}});
+        g[i].hi[2] = 7;
+    }
+    g[3].value[511] = 1e-30f;
+    g[4].background[0] = 1;
+    g[5].hi[0] = 3;
+    g[6].xform.t.x = 0.5;
+    for (int i = 0; i < 7; i++)
+        for (int j = 0; j < 7; j++) assert_int_equal(digest_is_same(grid_digest(&g[i]), grid_digest(&g[j])), i == j);
+    for (int i = 0; i < 7; i++) grid_free(&g[i]);
+}
+
 static void dense_array_keeps_its_order(void **state)
 {
     (void)state;
@@ -126,6 +146,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(sample_is_blocks_else_tiles_else_background),
         cmocka_unit_test(block_is_added_once),
+        cmocka_unit_test(digest_tells_grids_apart),
         cmocka_unit_test(dense_array_keeps_its_order),
         cmocka_unit_test(linear_vectors_are_exact),
         cmocka_unit_test(scalar_fades_into_the_background),
