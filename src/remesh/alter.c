@@ -68,6 +68,15 @@ static int count_vertices(const Mesh *m, int v)
     return n;
 }
 
+/* From the middle of the edge that was collapsed; another sheet's surface is not believed. */
+static void land_merged(Remesh *r, int v)
+{
+    Vec3 p = r->mesh->pos[v], n;
+    if (!remesh_land_point(r, v, &p, 0.5 * r->edge, &n) || v_dot(n, r->normal[v]) <= 0) return;
+    r->mesh->pos[v] = p;
+    r->normal[v] = n;
+}
+
 static int alter_collapse(Remesh *r, const AlterRules *rules)
 {
     Mesh *m = r->mesh;
@@ -78,7 +87,10 @@ static int alter_collapse(Remesh *r, const AlterRules *rules)
         if (h == NONE || m->flag[h]) continue;
         int size = count_vertices(m, he_from(m, h));
         if (size < SPECK_VERTICES || (size < DROPLET_VERTICES && edge[i].length >= DROPLET_COLLAPSE * rules->e_min * rules->rest)) continue;
-        collapses += remesh_try_collapse(r, h, &LIMITS_EDIT);
+        int a = he_from(m, h), b = he_to(m, h);
+        if (!remesh_try_collapse(r, h, &LIMITS_EDIT)) continue;
+        land_merged(r, vert_is_dead(m, a) ? b : a);
+        collapses++;
     }
     mem_free(edge);
     return collapses;
@@ -191,7 +203,7 @@ RemeshStat remesh_coarsen(Remesh *r)
 
 void remesh_even(Remesh *r)
 {
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < 2; k++) {
         if (k > 0) split_above(r, COARSEN_LONG * r->edge);
         collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
         remesh_flip(r, 0.05);
