@@ -11,6 +11,8 @@
 static const char *const kind_name[KIND_COUNT] = {"mechanical", "geometric"};
 static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
+#define STATE_SHARE 0.1 /* of the time, that states take at most */
+
 static const char *const lines_name[] = {"report", "events", "timings"};
 
 /* PREFIX.KIND; to be freed. */
@@ -186,8 +188,8 @@ static bool write_meshes(Outputs *o, const OutFrame *f, Err *err)
     return good;
 }
 
-/* What is on disk now is what the state tells of. */
-static bool write_state(Outputs *o, Store *s, Err *err)
+/* Behind what the run will need: how far the files are. */
+static void describe(Outputs *o, Store *s)
 {
     STORE(s, o->nframe);
     STORE(s, o->totals);
@@ -195,22 +197,49 @@ static bool write_state(Outputs *o, Store *s, Err *err)
         if (!has_lines(o->job, i)) continue;
         uint64_t length = outfile_length(&o->lines[i]);
         STORE(s, length);
-        if (!outfile_sync(&o->lines[i], err)) return false;
     }
     for (int kind = 0; kind < KIND_COUNT; kind++)
-        for (int file = 0; file < GLTF_FILE_COUNT; file++) {
-            if (!o->gltf[kind][file]) continue;
-            gltf_store(o->gltf[kind][file], s);
-            if (!gltf_sync(o->gltf[kind][file], err)) return false;
-        }
-    for (int kind = 0; kind < KIND_COUNT; kind++) {
-        if (!o->vat[kind]) continue;
-        vat_store(o->vat[kind], s);
-        if (!vat_sync(o->vat[kind], err)) return false;
-    }
-    if (!state_write(o->job->prefix, s, err)) return false;
-    o->kept = true;
+        for (int file = 0; file < GLTF_FILE_COUNT; file++)
+            if (o->gltf[kind][file]) gltf_store(o->gltf[kind][file], s);
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        if (o->vat[kind]) vat_store(o->vat[kind], s);
+}
+
+static bool sync_all(Outputs *o, Err *err)
+{
+    for (int i = 0; i < LINES_COUNT; i++)
+        if (has_lines(o->job, i) && !outfile_sync(&o->lines[i], err)) return false;
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        for (int file = 0; file < GLTF_FILE_COUNT; file++)
+            if (o->gltf[kind][file] && !gltf_sync(o->gltf[kind][file], err)) return false;
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        if (o->vat[kind] && !vat_sync(o->vat[kind], err)) return false;
     return true;
+}
+
+/* What is on disk then is what the state tells of. */
+static bool write_state(Outputs *o, Err *err)
+{
+    double start = console_clock();
+    bool good = sync_all(o, err) && state_write(o->job->prefix, &o->state, err);
+    double end = console_clock();
+    o->kept = o->kept || good;
+    o->due_s = end + (end - start) / STATE_SHARE;
+    store_free(&o->state);
+    return good;
+}
+
+/* Parts of textures go with their run of frames: a state that tells of them may not outlast them. */
+static bool may_wait(const Outputs *o) { return !(o->job->formats & FORMAT_VAT) && console_clock() < o->due_s; }
+
+static bool take_state(Outputs *o, OutFrame *f, Err *err)
+{
+    if (f->state.n == 0) return true;
+    store_free(&o->state);
+    o->state = f->state;
+    f->state = (Store){0};
+    describe(o, &o->state);
+    return may_wait(o) || write_state(o, err);
 }
 
 static bool write_frame(Outputs *o, OutFrame *f, Err *err)
@@ -237,7 +266,7 @@ static bool write_record(Outputs *o, OutFrame *f, Err *err)
 bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err)
 {
     if (!(o->job->is_chunk ? write_record : write_frame)(o, f, err)) return false;
-    return f->state.n == 0 || write_state(o, &f->state, err);
+    return take_state(o, f, err);
 }
 
 /* --- the end -------------------------------------------------------------------------------------- */
@@ -298,7 +327,8 @@ static bool publish(Outputs *o, bool complete, Err *err)
 
 bool outputs_close(Outputs *o, bool complete, Err *err)
 {
-    bool good = o->nframe == 0 || publish(o, complete, err);
+    bool good = o->state.n == 0 || write_state(o, err);
+    if (o->nframe > 0 && !publish(o, complete, good ? err : &(Err){0})) good = false;
     bool whole = good && complete && o->nframe > 0;
     if (whole && o->kept) good = state_finish(o->job->prefix, err);
     bool over = (whole && good) || !o->kept || o->nframe == 0; /* nothing is left to go on with */

@@ -2,8 +2,9 @@
  *
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
  * bears its final name before it is whole: PLYs after their frame, textures after their run of frames, the others, which grow
- * as PATH.part, when all ends, early or not. After each frame what was written is synced and PREFIX.state replaced (state.h),
- * so that a run killed at any instant can be gone on with: the parts are cut off to the lengths the state holds. */
+ * as PATH.part, when all ends, early or not. After a frame what was written is synced and PREFIX.state replaced (state.h), so that
+ * a run killed at any instant can be gone on with: the parts are cut off to the lengths the state holds. Where frames come faster
+ * than that is done it waits for a later one, and for the end at the latest: it takes no more than a tenth of the time. */
 #pragma once
 #include "cli/pictures.h"
 #include "io/file.h"
@@ -40,6 +41,8 @@ typedef struct Outputs {
     Pictures *pictures;                      /* NULL: not wanted */
     ReportTotals totals;
     int nframe;                              /* shown so far; in a chunk, all */
+    Store state;                             /* of the last frame, if it is not on disk yet; */
+    double due_s;                            /* when it is to be, on console_clock */
     bool kept;                               /* a state of this run is on disk */
     bool left;                               /* closed, and there to be gone on with */
 } Outputs;
