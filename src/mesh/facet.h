@@ -20,21 +20,33 @@ typedef struct Box32 {
     float lo[3], hi[3];
 } Box32;
 
+static inline float least_of(double a, double b, double c)
+{
+    float x = (float)a, y = (float)b, z = (float)c, lo = x < y ? x : y;
+    return z < lo ? z : lo;
+}
+static inline float most_of(double a, double b, double c)
+{
+    float x = (float)a, y = (float)b, z = (float)c, hi = x > y ? x : y;
+    return z > hi ? z : hi;
+}
 static inline Box32 box32_of(const Vec3 p[3])
 {
-    Box32 b;
-    for (int k = 0; k < 3; k++) {
-        float x = (float)v_get(p[0], k), y = (float)v_get(p[1], k), z = (float)v_get(p[2], k);
-        float lo = x < y ? x : y, hi = x < y ? y : x;
-        b.lo[k] = z < lo ? z : lo;
-        b.hi[k] = z > hi ? z : hi;
-    }
-    return b;
+    return (Box32){{least_of(p[0].x, p[1].x, p[2].x), least_of(p[0].y, p[1].y, p[2].y), least_of(p[0].z, p[1].z, p[2].z)},
+                   {most_of(p[0].x, p[1].x, p[2].x), most_of(p[0].y, p[1].y, p[2].y), most_of(p[0].z, p[1].z, p[2].z)}};
 }
 static inline bool box32_meets(const Box32 *a, const Box32 *b)
 {
     return (a->lo[0] <= b->hi[0]) & (b->lo[0] <= a->hi[0]) & (a->lo[1] <= b->hi[1]) & (b->lo[1] <= a->hi[1]) &
            (a->lo[2] <= b->hi[2]) & (b->lo[2] <= a->hi[2]);
+}
+
+static inline void box32_grow(Box32 *a, const Box32 *b)
+{
+    for (int k = 0; k < 3; k++) {
+        a->lo[k] = b->lo[k] < a->lo[k] ? b->lo[k] : a->lo[k];
+        a->hi[k] = b->hi[k] > a->hi[k] ? b->hi[k] : a->hi[k];
+    }
 }
 
 /* Boxes in columns: one loop tests a box against all. Those not in use are box32_none(). */
@@ -64,6 +76,18 @@ static inline unsigned boxrow_test(const BoxRow *row, const Box32 *b)
         bits |= meets ? BIT[i] : 0;
     }
     return bits;
+}
+static inline Box32 boxrow_get(const BoxRow *row, int at)
+{
+    return (Box32){{row->lo[0][at], row->lo[1][at], row->lo[2][at]}, {row->hi[0][at], row->hi[1][at], row->hi[2][at]}};
+}
+/* Of BOX_ROW bits. */
+static inline int bits_count(unsigned bits)
+{
+    bits -= bits >> 1 & 0x5555;
+    bits = (bits & 0x3333) + (bits >> 2 & 0x3333);
+    bits = (bits + (bits >> 4)) & 0x0f0f;
+    return (int)((bits + (bits >> 8)) & 31);
 }
 /* Takes the lowest bit out of *bits, which are not 0, and returns its number. */
 static inline int bits_next(unsigned *bits)

@@ -1,257 +1,239 @@
-/* intersect.c: all pairs at once. Triangles in Morton order, LEAF to a leaf of a balanced tree of boxes; each leaf searches
- * the tree for those that its box meets. Sizes may differ by any factor. Where only some are looked at, the tree holds these
- * alone, and each of the others searches it. */
+/* intersect.c: all pairs at once, from a tree of boxes. What meets a triangle's box are its neighbours as a rule: where these are
+ * certain not to intersect it (star.h), they are counted alone, and only triangles that meet more are tested, pair by pair. Where only a
+ * few are looked at, the tree holds these alone, and each of the others asks it. */
 #include "mesh/intersect.h"
 
 #include "base/thread.h"
-#include "mesh/facet.h"
+#include "mesh/boxtree.h"
+#include "mesh/orient.h"
+#include "mesh/star.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF = BOX_ROW, GRAIN = 16, OTHERS_GRAIN = 1024, RUN = 16, TREE_DEPTH_MAX = 32, MORTON_BITS = 10, RADIX_BITS = 10 };
+enum { GRAIN = 16, OTHERS_GRAIN = 1024, RUN = 16 };
+enum { FEW = 8 }; /* fewer than one in so many are looked at */
 
 typedef struct PairList {
     int n, cap;
     TriPair *pair;
 } PairList;
 
-typedef struct Tree {
-    const TriSoup *soup;
-    const uint8_t *look;   /* [soup->ntri] or NULL */
-    int n;                 /* triangles looked at that have an area */
-    int32_t *tri;          /* [n] in Morton order */
-    Facet *facet;          /* [n] */
-    Box32 *box;            /* [n] */
-    BoxRow *leaf;          /* [nleaf] */
-    int nleaf, first_leaf; /* nodes from first_leaf on are leaves; node i has children 2 i and 2 i + 1, the root is 1 */
-    Box32 *node;           /* [2 * first_leaf] */
+struct PairSearch {
+    TriSoup soup;
+    const uint8_t *look;
+    bool begun;            /* it was asked before */
+    bool holds_all;        /* its tree does, not those alone that were looked at */
+    BoxTree tree;
+    uint16_t *looked;      /* [tree.nleaf] bits of those looked at */
+    uint8_t *sure, *later; /* stars_find's, or NULL */
+    int nask;
+    int32_t *ask;          /* [nask] those looked at, of a tree that holds all */
     PairList *found;       /* a block */
-} Tree;
+};
 
-/* --- Morton order -------------------------------------------------------------------------------------------------------- */
+/* --- a pair -------------------------------------------------------------------------------------------------------------- */
 
-static uint64_t spread_bits(uint64_t x)
-{
-    x = (x | x << 16) & 0x030000ff;
-    x = (x | x << 8) & 0x0300f00f;
-    x = (x | x << 4) & 0x030c30c3;
-    return (x | x << 2) & 0x09249249;
-}
-
-/* key << 32 | index; by key, ties in order of index. Returns the sorted one of the two. */
-static uint64_t *sort_keys(uint64_t *key, uint64_t *other, int n)
-{
-    enum { BUCKETS = 1 << RADIX_BITS };
-    for (int shift = 32; shift < 32 + 3 * MORTON_BITS; shift += RADIX_BITS) {
-        int32_t start[BUCKETS + 1] = {0};
-        for (int i = 0; i < n; i++) start[(key[i] >> shift) % BUCKETS + 1]++;
-        for (int b = 0; b < BUCKETS; b++) start[b + 1] += start[b];
-        for (int i = 0; i < n; i++) other[start[(key[i] >> shift) % BUCKETS]++] = key[i];
-        uint64_t *sorted = other;
-        other = key;
-        key = sorted;
-    }
-    return key;
-}
-
-static void box_grow(Box32 *a, const Box32 *b)
-{
-    for (int k = 0; k < 3; k++) {
-        if (b->lo[k] < a->lo[k]) a->lo[k] = b->lo[k];
-        if (b->hi[k] > a->hi[k]) a->hi[k] = b->hi[k];
-    }
-}
-
-static uint64_t morton_of(const Box32 *b, const Box32 *all)
-{
-    uint64_t key = 0;
-    for (int k = 0; k < 3; k++) {
-        double wide = (double)all->hi[k] - all->lo[k], at = 0.5 * ((double)b->lo[k] + b->hi[k]) - all->lo[k];
-        int cell = wide > 0 ? int_clamp((int)(at / wide * (1 << MORTON_BITS)), 0, (1 << MORTON_BITS) - 1) : 0;
-        key |= spread_bits((uint64_t)cell) << k;
-    }
-    return key;
-}
+/* A triangle that is tested against others. */
+typedef struct Tested {
+    int t;
+    const int32_t *v;
+    int32_t sure[3];       /* its corners, NONE for those that are not sure */
+    Vec3 p[3];
+    double error;          /* of how far apart two points, its own or in the tree, are along a vector with components that sum up to 1 */
+} Tested;
 
 static void corners_of(const TriSoup *s, int t, Vec3 p[3])
 {
     for (int k = 0; k < 3; k++) p[k] = s->pos[s->tri[3 * t + k]];
 }
 
-/* The triangles that are looked at, in Morton order, to be freed, and their boxes by number. Returns how many. */
-static int sort_triangles(const TriSoup *s, const uint8_t *look, int32_t **order, Box32 *box)
+static Tested tested_of(const PairSearch *s, int t)
 {
-    uint64_t *key = NEW(uint64_t, s->ntri), *other = NEW(uint64_t, s->ntri), *sorted;
-    Box32 all = box32_none();
-    Vec3 p[3];
-    int n = 0;
-    for (int t = 0; t < s->ntri; t++) {
-        if (s->tri[3 * t] == NONE || (look && !look[t])) continue;
-        corners_of(s, t, p);
-        box[t] = box32_of(p);
-        box_grow(&all, &box[t]);
-        key[n++] = (uint32_t)t;
+    Tested a = {.t = t, .v = s->soup.tri + 3 * t, .sure = {NONE, NONE, NONE}};
+    double far = s->tree.far;
+    corners_of(&s->soup, t, a.p);
+    for (int k = 0; k < 3; k++) {
+        if (s->sure && s->sure[a.v[k]]) a.sure[k] = a.v[k];
+        far = real_max(far, real_max(real_max(fabs(a.p[k].x), fabs(a.p[k].y)), fabs(a.p[k].z)));
     }
-    for (int i = 0; i < n; i++) key[i] |= morton_of(&box[key[i]], &all) << 32;
-    sorted = sort_keys(key, other, n);
-    *order = NEW(int32_t, n);
-    for (int i = 0; i < n; i++) (*order)[i] = (int32_t)(uint32_t)sorted[i];
-    mem_free(key);
-    mem_free(other);
-    return n;
+    a.error = 16 * ORIENT_EPS * far;
+    return a;
 }
 
-/* --- the tree ------------------------------------------------------------------------------------------------------------ */
-
-static void build_nodes(Tree *tree)
+/* Along the line between their centroids one certainly ends before the other begins, but for the one corner that they may share. */
+static bool are_apart(const Tested *a, const int32_t *v, const Vec3 q[3])
 {
-    tree->nleaf = (tree->n + LEAF - 1) / LEAF;
-    tree->first_leaf = 1;
-    while (tree->first_leaf < tree->nleaf) tree->first_leaf *= 2;
-    tree->node = NEW(Box32, 2 * tree->first_leaf);
-    tree->leaf = NEW(BoxRow, tree->nleaf);
-    for (int i = 0; i < 2 * tree->first_leaf; i++) tree->node[i] = box32_none();
-    for (int i = 0; i < tree->nleaf * LEAF; i++) boxrow_set(&tree->leaf[i / LEAF], i % LEAF, i < tree->n ? tree->box[i] : box32_none());
-    for (int i = 0; i < tree->n; i++) box_grow(&tree->node[tree->first_leaf + i / LEAF], &tree->box[i]);
-    for (int i = tree->first_leaf - 1; i > 0; i--) {
-        box_grow(&tree->node[i], &tree->node[2 * i]);
-        box_grow(&tree->node[i], &tree->node[2 * i + 1]);
+    const Vec3 d = v_sub(v_add(v_add(q[0], q[1]), q[2]), v_add(v_add(a->p[0], a->p[1]), a->p[2]));
+    double end = -INFINITY, begin = INFINITY, x[3], y[3];
+    int shared = NONE, n = 0;
+    for (int k = 0; k < 3; k++) x[k] = v_dot(d, a->p[k]), y[k] = v_dot(d, q[k]);
+    const double error = a->error * (fabs(d.x) + fabs(d.y) + fabs(d.z));
+    for (int k = 0; k < 9; k++)
+        if (a->v[k / 3] == v[k % 3]) shared = k, n++;
+    if (n > 1) return false;
+    for (int k = 0; k < 3; k++) {
+        if (n == 0 || k != shared / 3) end = x[k] > end ? x[k] : end;
+        if (n == 0 || k != shared % 3) begin = y[k] < begin ? y[k] : begin;
     }
+    if (n == 0) return end < begin - error;
+    return end < x[shared / 3] - error && begin > x[shared / 3] + error;
 }
 
-static void tree_build(Tree *tree, const TriSoup *s, const uint8_t *look)
+/* Their boxes meet. */
+static void test_pair(const PairSearch *s, const Tested *a, int u, PairList *list)
 {
-    Box32 *box = NEW(Box32, s->ntri);
-    int32_t *order;
-    int n = sort_triangles(s, look, &order, box);
-    *tree = (Tree){.soup = s, .look = look, .tri = NEW(int32_t, n), .facet = NEW(Facet, n), .box = NEW(Box32, n)};
-    for (int i = 0; i < n; i++) {
-        int t = order[i], at = tree->n;
-        Vec3 p[3];
-        corners_of(s, t, p);
-        if (!facet_make(&tree->facet[at], s->tri + 3 * t, p)) continue;
-        tree->tri[at] = t;
-        tree->box[at] = box[t];
-        tree->n++;
-    }
-    mem_free(order);
-    mem_free(box);
-    build_nodes(tree);
-}
-
-static void tree_free(Tree *tree)
-{
-    mem_free(tree->tri);
-    mem_free(tree->facet);
-    mem_free(tree->box);
-    mem_free(tree->leaf);
-    mem_free(tree->node);
-}
-
-/* --- searching it -------------------------------------------------------------------------------------------------------- */
-
-static void pair_add(PairList *list, int a, int b)
-{
+    const int32_t *v = s->soup.tri + 3 * u;
+    Vec3 q[3];
+    int sure = 0;
+    for (int k = 0; k < 3; k++) sure |= (a->sure[k] == v[0]) | (a->sure[k] == v[1]) | (a->sure[k] == v[2]);
+    if (sure) return;
+    corners_of(&s->soup, u, q);
+    if (are_apart(a, v, q) || !triangles_intersect(a->v, a->p, v, q)) return;
     RESERVE(list->pair, list->cap, list->n + 1);
-    list->pair[list->n++] = (TriPair){int_min(a, b), int_max(a, b)};
+    list->pair[list->n++] = (TriPair){int_min(a->t, u), int_max(a->t, u)};
 }
 
-/* Triangle i against those behind it in a leaf. */
-static void test_triangle(const Tree *tree, int i, int leaf, PairList *list)
+/* --- leaf by leaf -------------------------------------------------------------------------------------------------------- */
+
+/* What the box of one of a leaf's triangles meets in a leaf. */
+typedef struct Hits {
+    int of, leaf;
+    unsigned bits;
+} Hits;
+
+/* A leaf's triangles and all that their boxes meet behind them. */
+typedef struct Query {
+    int leaf;
+    int count[ROW];
+    int n, cap;
+    Hits *hits;
+} Query;
+
+/* Of each pair one is looked at. */
+static void query_leaf(const PairSearch *s, Query *q, int other)
 {
-    unsigned hits = boxrow_test(&tree->leaf[leaf], &tree->box[i]);
-    while (hits) {
-        int j = leaf * LEAF + bits_next(&hits);
-        if (j > i && facets_intersect(&tree->facet[i], &tree->facet[j])) pair_add(list, tree->tri[i], tree->tri[j]);
+    const BoxTree *tree = &s->tree;
+    unsigned some = row16_test(&tree->leaf[q->leaf], &tree->around[other]);
+    if (!s->looked[other]) some &= s->looked[q->leaf];
+    RESERVE(q->hits, q->cap, q->n + ROW);
+    while (some) {
+        int k = bits_next(&some);
+        const Box16 box = row16_get(&tree->leaf[q->leaf], k);
+        unsigned bits = row16_test(&tree->leaf[other], &box);
+        if (other == q->leaf) bits &= ~0u << k << 1;
+        if (!(s->looked[q->leaf] >> k & 1)) bits &= s->looked[other];
+        q->count[k] += bits_count(bits);
+        q->hits[q->n] = (Hits){k, other, bits};
+        q->n += bits != 0;
     }
 }
 
-/* The triangles of a leaf against those of another behind it, or of its own. */
-static void test_leaves(const Tree *tree, int leaf, int other, PairList *list)
+/* The leaf against itself and those after it. */
+static void query_tree(const PairSearch *s, Query *q, int leaf)
 {
-    unsigned hits = boxrow_test(&tree->leaf[leaf], &tree->node[tree->first_leaf + other]);
-    while (hits) test_triangle(tree, leaf * LEAF + bits_next(&hits), other, list);
+    const BoxTree *tree = &s->tree;
+    memset(q->count, 0, sizeof q->count);
+    q->leaf = leaf;
+    q->n = 0;
+    Walk w = walk_begin(tree, boxrow_get(&tree->level[0][leaf / ROW], leaf % ROW), leaf);
+    for (int other; (other = walk_next(tree, &w)) != NONE;) query_leaf(s, q, other);
 }
 
-/* The leaves below a node whose boxes meet one, a leaf a call: from stack[depth], which holds the node at first. NONE: no more. */
-static int next_leaf(const Tree *tree, const Box32 *box, int *stack, int *depth)
+/* Those that do not meet as many as share a corner with them, for sure without intersecting them: all these meet. */
+static unsigned find_suspects(const PairSearch *s, const Query *q)
 {
-    while (*depth) {
-        int i = stack[--*depth];
-        if (!box32_meets(box, &tree->node[i])) continue;
-        if (i >= tree->first_leaf) return i - tree->first_leaf;
-        stack[(*depth)++] = 2 * i + 1;
-        stack[(*depth)++] = 2 * i;
+    unsigned some = 0;
+    for (int k = 0; k < ROW && q->leaf * ROW + k < s->tree.n; k++) {
+        const uint8_t *later = s->later + 3 * (size_t)s->tree.tri[q->leaf * ROW + k];
+        bool unsure = later[0] == LATER_UNSURE || later[1] == LATER_UNSURE || later[2] == LATER_UNSURE;
+        if (unsure || later[0] + later[1] + later[2] != q->count[k]) some |= 1u << k;
     }
-    return NONE;
+    return some;
 }
 
-/* Each leaf against itself and those after it. */
+/* Those of some of the leaf's triangles, pair by pair. */
+static void test_hits(const PairSearch *s, const Query *q, unsigned some, PairList *list)
+{
+    const int32_t *tri = s->tree.tri;
+    Tested tested[ROW];
+    unsigned ready = 0;
+    for (int i = 0; i < q->n; i++) {
+        int k = q->hits[i].of;
+        if (!(some >> k & 1)) continue;
+        if (!(ready >> k & 1)) tested[k] = tested_of(s, tri[q->leaf * ROW + k]);
+        ready |= 1u << k;
+        for (unsigned bits = q->hits[i].bits; bits;) test_pair(s, &tested[k], tri[q->hits[i].leaf * ROW + bits_next(&bits)], list);
+    }
+}
+
 static void search_block(void *ctx, int begin, int end)
 {
-    Tree *tree = ctx;
-    PairList *list = &tree->found[begin / GRAIN];
+    const PairSearch *s = ctx;
+    Query q = {0};
     for (int leaf = begin; leaf < end; leaf++) {
-        const Box32 box = tree->node[tree->first_leaf + leaf];
-        test_leaves(tree, leaf, leaf, list);
-        for (int i = tree->first_leaf + leaf; i > 1; i /= 2) {
-            int stack[TREE_DEPTH_MAX + 1] = {i + 1}, depth = i % 2 == 0;
-            for (int other; (other = next_leaf(tree, &box, stack, &depth)) != NONE;) test_leaves(tree, leaf, other, list);
-        }
+        query_tree(s, &q, leaf);
+        unsigned suspects = s->later ? find_suspects(s, &q) : ~0u;
+        if (suspects) test_hits(s, &q, suspects, &s->found[begin / GRAIN]);
     }
+    mem_free(q.hits);
 }
 
-/* A triangle that is not looked at, against those that are. */
-static void test_other(const Tree *tree, int t, PairList *list)
+/* --- one by one ---------------------------------------------------------------------------------------------------------- */
+
+/* A triangle against all in the tree, but those up to itself that ask[...] too: from them the pair is found. */
+static void test_one(const PairSearch *s, int t, const uint8_t *ask, PairList *list)
 {
-    Facet f;
-    Vec3 p[3];
-    corners_of(tree->soup, t, p);
-    const Box32 box = box32_of(p);
-    bool made = false;
-    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;) {
-        for (unsigned hits = boxrow_test(&tree->leaf[leaf], &box); hits;) {
-            int i = leaf * LEAF + bits_next(&hits);
-            if (!made && !facet_make(&f, tree->soup->tri + 3 * t, p)) return;
-            made = true;
-            if (facets_intersect(&f, &tree->facet[i])) pair_add(list, t, tree->tri[i]);
+    const Box32 box = soup_box(&s->soup, t);
+    const Box16 box16 = boxtree_box16(&s->tree, &box);
+    Tested a = {.t = NONE};
+    Walk w = walk_begin(&s->tree, box, 0);
+    for (int leaf; (leaf = walk_next(&s->tree, &w)) != NONE;)
+        for (unsigned hits = row16_test(&s->tree.leaf[leaf], &box16); hits;) {
+            int u = s->tree.tri[leaf * ROW + bits_next(&hits)];
+            if (ask && ask[u] && u <= t) continue;
+            if (a.t == NONE) a = tested_of(s, t);
+            test_pair(s, &a, u, list);
         }
-    }
 }
 
-static bool is_other(const Tree *tree, int t) { return !tree->look[t] && tree->soup->tri[3 * t] != NONE; }
+static void ask_block(void *ctx, int begin, int end)
+{
+    const PairSearch *s = ctx;
+    for (int i = begin; i < end; i++) test_one(s, s->ask[i], s->look, &s->found[begin / GRAIN]);
+}
+
+static bool is_other(const PairSearch *s, int t) { return !s->look[t] && s->soup.tri[3 * t] != NONE; }
 
 /* Does a box around the others among some triangles meet the box of any that is looked at? */
-static bool run_is_near(const Tree *tree, int begin, int end)
+static bool run_is_near(const PairSearch *s, int begin, int end)
 {
     Box32 box = box32_none();
     for (int t = begin; t < end; t++) {
-        Vec3 p[3];
-        if (!is_other(tree, t)) continue;
-        corners_of(tree->soup, t, p);
-        const Box32 b = box32_of(p);
-        box_grow(&box, &b);
+        if (!is_other(s, t)) continue;
+        const Box32 b = soup_box(&s->soup, t);
+        box32_grow(&box, &b);
     }
-    int stack[TREE_DEPTH_MAX + 1] = {1}, depth = 1;
-    for (int leaf; (leaf = next_leaf(tree, &box, stack, &depth)) != NONE;)
-        if (boxrow_test(&tree->leaf[leaf], &box)) return true;
+    const Box16 box16 = boxtree_box16(&s->tree, &box);
+    Walk w = walk_begin(&s->tree, box, 0);
+    for (int leaf; (leaf = walk_next(&s->tree, &w)) != NONE;)
+        if (row16_test(&s->tree.leaf[leaf], &box16)) return true;
     return false;
 }
 
 /* The others in runs: triangles that follow one another mostly are neighbours, and far from the few that are looked at. */
-static void search_others(void *ctx, int begin, int end)
+static void others_block(void *ctx, int begin, int end)
 {
-    Tree *tree = ctx;
-    PairList *list = &tree->found[begin / OTHERS_GRAIN];
+    const PairSearch *s = ctx;
     for (int run = begin; run < end; run += RUN) {
         int run_end = int_min(run + RUN, end);
-        if (!run_is_near(tree, run, run_end)) continue;
+        if (!run_is_near(s, run, run_end)) continue;
         for (int t = run; t < run_end; t++)
-            if (is_other(tree, t)) test_other(tree, t, list);
+            if (is_other(s, t)) test_one(s, t, NULL, &s->found[begin / OTHERS_GRAIN]);
     }
 }
+
+/* --- all together -------------------------------------------------------------------------------------------------------- */
 
 static int compare_pairs(const void *pa, const void *pb)
 {
@@ -265,29 +247,103 @@ void pairs_sort(int n, TriPair *pair)
 }
 
 /* Adds what a search of n items finds to the `count` pairs; returns how many they are then. */
-static int search(Tree *tree, int n, int grain, ParallelFn *fn, int count, TriPair **pair, int *cap)
+static int search(PairSearch *s, int n, int grain, ParallelFn *fn, int count, TriPair **pair, int *cap)
 {
     int blocks = (n + grain - 1) / grain;
-    tree->found = NEW0(PairList, blocks);
-    parallel_for(n, grain, fn, tree);
+    s->found = NEW0(PairList, blocks);
+    parallel_for(n, grain, fn, s);
     for (int b = 0; b < blocks; b++) {
-        PairList *list = &tree->found[b];
+        PairList *list = &s->found[b];
         RESERVE(*pair, *cap, count + list->n);
         if (list->n) memcpy(*pair + count, list->pair, (size_t)list->n * sizeof **pair);
         count += list->n;
         mem_free(list->pair);
     }
-    mem_free(tree->found);
+    mem_free(s->found);
     return count;
+}
+
+static bool is_looked_at(const PairSearch *s, int t) { return s->soup.tri[3 * t] != NONE && (!s->look || s->look[t]); }
+
+static void forget_stars(PairSearch *s)
+{
+    mem_free(s->sure);
+    mem_free(s->later);
+    s->sure = s->later = NULL;
+}
+
+/* Those looked at have moved in a tree that holds all; they ask it, each for itself. */
+static int search_again(PairSearch *s, TriPair **pair, int *cap)
+{
+    forget_stars(s);
+    s->ask = NEW(int32_t, s->soup.ntri);
+    s->nask = 0;
+    for (int t = 0; t < s->soup.ntri; t++)
+        if (is_looked_at(s, t)) s->ask[s->nask++] = t;
+    for (int i = 0; i < s->nask; i++) boxtree_move(&s->tree, &s->soup, s->ask[i]);
+    int n = search(s, s->nask, GRAIN, ask_block, 0, pair, cap);
+    mem_free(s->ask);
+    return n;
+}
+
+static int search_anew(PairSearch *s, TriPair **pair, int *cap)
+{
+    BoxTree *tree = &s->tree;
+    boxtree_free(tree);
+    forget_stars(s);
+    boxtree_build(tree, &s->soup, s->holds_all ? NULL : s->look);
+    s->looked = NEW0(uint16_t, tree->nleaf);
+    for (int i = 0; i < tree->n; i++) s->looked[i / ROW] |= (uint16_t)(is_looked_at(s, tree->tri[i]) << i % ROW);
+    if (s->holds_all) {
+        s->sure = NEW(uint8_t, soup_nvert(&s->soup));
+        s->later = NEW(uint8_t, 3 * (size_t)s->soup.ntri);
+        stars_find(&s->soup, tree->n, tree->tri, s->look, s->sure, s->later);
+    }
+    int n = search(s, tree->nleaf, GRAIN, search_block, 0, pair, cap);
+    mem_free(s->looked);
+    return s->holds_all || !tree->n ? n : search(s, s->soup.ntri, OTHERS_GRAIN, others_block, n, pair, cap);
+}
+
+/* Are not only a few looked at? */
+static bool are_many(const PairSearch *s)
+{
+    int living = 0, looked = 0;
+    for (int t = 0; t < s->soup.ntri; t++) {
+        living += s->soup.tri[3 * t] != NONE;
+        looked += is_looked_at(s, t);
+    }
+    return looked > living / FEW;
+}
+
+PairSearch *pair_search_begin(const TriSoup *soup)
+{
+    PairSearch *s = NEW0(PairSearch, 1);
+    s->soup = *soup;
+    return s;
+}
+
+int pair_search_find(PairSearch *s, const uint8_t *look, TriPair **pair, int *cap)
+{
+    s->look = look;
+    bool many = are_many(s), again = s->holds_all && !many;
+    s->holds_all = many || s->begun;
+    s->begun = true;
+    int n = again ? search_again(s, pair, cap) : search_anew(s, pair, cap);
+    pairs_sort(n, *pair);
+    return n;
+}
+
+void pair_search_end(PairSearch *s)
+{
+    boxtree_free(&s->tree);
+    forget_stars(s);
+    mem_free(s);
 }
 
 int intersect_find(const TriSoup *soup, const uint8_t *look, TriPair **pair, int *cap)
 {
-    Tree tree;
-    tree_build(&tree, soup, look);
-    int n = search(&tree, tree.nleaf, GRAIN, search_block, 0, pair, cap);
-    if (look && tree.n) n = search(&tree, soup->ntri, OTHERS_GRAIN, search_others, n, pair, cap);
-    tree_free(&tree);
-    pairs_sort(n, *pair);
+    PairSearch *s = pair_search_begin(soup);
+    int n = pair_search_find(s, look, pair, cap);
+    pair_search_end(s);
     return n;
 }

@@ -25,5 +25,11 @@ typedef struct TriPair {
 /* All pairs that intersect, or those with look[t] set for one of the two (look[ntri]; NULL: all), sorted. *pair is grown as
  * needed (*cap items; both 0 at first) and the caller's to free. Returns how many. The same for any number of threads. */
 int intersect_find(const TriSoup *soup, const uint8_t *look, TriPair **pair, int *cap);
+/* intersect_find of one soup again and again. Between two calls those of its triangles alone may move that have look[t] set in the
+ * second; what the soup points to stays where it is. */
+typedef struct PairSearch PairSearch;
+PairSearch *pair_search_begin(const TriSoup *soup);
+int pair_search_find(PairSearch *s, const uint8_t *look, TriPair **pair, int *cap);
+void pair_search_end(PairSearch *s);
 /* As intersect_find sorts them. */
 void pairs_sort(int n, TriPair *pair);

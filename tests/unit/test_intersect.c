@@ -2,6 +2,7 @@
 #include "base/thread.h"
 #include "mesh/crossings.h"
 #include "mesh/orient.h"
+#include "mesh/star.h"
 #include "mesh_shapes.h"
 
 #include <stdlib.h>
@@ -110,11 +111,10 @@ static int find_all(const Shape *s, const uint8_t *look, TriPair **pair, int *ca
     return intersect_find(&(TriSoup){s->ntri, s->pos, s->tri}, look, pair, cap);
 }
 
-/* Every pair of triangles, in order. Returns how many there were. */
-static int assert_like_brute_force(const Shape *s, const uint8_t *look)
+/* The n pairs, against every pair of triangles in order. */
+static void assert_all_found(const Shape *s, const uint8_t *look, int n, const TriPair *pair)
 {
-    TriPair *pair = NULL;
-    int cap = 0, n = find_all(s, look, &pair, &cap), next = 0;
+    int next = 0;
     for (int a = 0; a < s->ntri; a++)
         for (int b = a + 1; b < s->ntri; b++) {
             bool found = next < n && pair[next].a == a && pair[next].b == b;
@@ -123,6 +123,14 @@ static int assert_like_brute_force(const Shape *s, const uint8_t *look)
             next += found;
         }
     assert_int_equal(next, n);
+}
+
+/* Returns how many pairs there are. */
+static int assert_like_brute_force(const Shape *s, const uint8_t *look)
+{
+    TriPair *pair = NULL;
+    int cap = 0, n = find_all(s, look, &pair, &cap);
+    assert_all_found(s, look, n, pair);
     mem_free(pair);
     return n;
 }
@@ -250,6 +258,251 @@ static void edge_sharers_are_not_folded(void **state)
     assert_pair((int32_t[3]){0, 1, 2}, (Vec3[3]){{0, 0, 0}, {4, 0, 0}, {0, 4, 0}}, true); /* twice the same */
 }
 
+/* --- fans ----------------------------------------------------------------------------------------------------------------- */
+
+/* Vertex 0 at the origin amid a ring of n. */
+static Shape fan_of(int n, const Vec3 *ring)
+{
+    Shape s = {.nvert = n + 1, .ntri = n, .pos = NEW0(Vec3, n + 1), .tri = NEW(int32_t, 3 * n)};
+    for (int i = 0; i < n; i++) {
+        int32_t *c = s.tri + 3 * i;
+        s.pos[i + 1] = ring[i];
+        c[i % 3] = 0, c[(i + 1) % 3] = i + 1, c[(i + 2) % 3] = (i + 1) % n + 1;
+    }
+    return s;
+}
+
+/* sure[s->nvert] */
+static void find_stars(const Shape *s, uint8_t *sure)
+{
+    int32_t *all = NEW(int32_t, s->ntri);
+    for (int t = 0; t < s->ntri; t++) all[t] = t;
+    stars_find(&(TriSoup){s->ntri, s->pos, s->tri}, s->ntri, all, NULL, sure, NULL);
+    mem_free(all);
+}
+
+/* Whether its middle is sure, in any order of axes, either way round; *bad: how many pairs of its triangles intersect. */
+static bool fan_is_sure(const Shape *s, int *bad)
+{
+    uint8_t sure[32];
+    Shape turned = *s;
+    turned.pos = NEW(Vec3, s->nvert);
+    for (int k = 0; k < 6; k++) {
+        for (int v = 0; v < s->nvert; v++) {
+            const double x[3] = {s->pos[v].x, s->pos[v].y, s->pos[v].z};
+            turned.pos[v] = vec3(x[k % 3], x[(k + (k < 3 ? 1 : 2)) % 3], x[(k + (k < 3 ? 2 : 1)) % 3]);
+        }
+        bool before = k > 0 && sure[0];
+        find_stars(&turned, sure);
+        if (k > 0) assert_int_equal(sure[0], before);
+    }
+    mem_free(turned.pos);
+    *bad = assert_like_brute_force(s, NULL);
+    if (sure[0]) assert_int_equal(*bad, 0);
+    return sure[0];
+}
+
+static void fans_that_turn_once_are_sure(void **state)
+{
+    (void)state;
+    static const Vec3 flat[6] = {{4, 0, 0}, {2, 3, 0}, {-2, 3, 0}, {-4, 0, 0}, {-2, -3, 0}, {2, -3, 0}};
+    static const Vec3 roof[6] = {{4, 0, -9}, {2, 3, -9}, {-2, 3, -9}, {-4, 0, -9}, {-2, -3, -9}, {2, -3, -9}};
+    static const Vec3 saddle[8] = {{4, 0, 5}, {3, 3, 0}, {0, 4, -5}, {-3, 3, 0}, {-4, 0, 5}, {-3, -3, 0}, {0, -4, -5}, {3, -3, 0}};
+    static const Vec3 twice[5] = {{10, 0, 0}, {-8, 6, 1}, {3, -10, 2}, {3, 10, 1}, {-8, -6, 0}};
+    static const Vec3 cover[8] = {{4, 0, 0}, {0, 4, 1}, {-4, 0, 2}, {0, -4, 3}, {4, 0, 4}, {0, 4, 3}, {-4, 0, 2}, {0, -4, 1}};
+    static const Vec3 fold[6] = {{4, 0, 0}, {-2, 3, 0}, {2, 3, 0}, {-4, 0, 0}, {-2, -3, 0}, {2, -3, 0}};
+    static const Vec3 sliver[4] = {{4, 0, 0}, {0, 4, 0}, {-4, 0, 0}, {-8, 0, 0}};
+    static const struct {
+        int n;
+        const Vec3 *ring;
+        bool sure;
+        int bad_least;
+    } fan[] = {{6, flat, true, 0}, {6, roof, true, 0}, {8, saddle, true, 0}, {5, twice, false, 1}, {8, cover, false, 1}, {6, fold, false, 1}, {4, sliver, false, 0}};
+    for (size_t i = 0; i < sizeof fan / sizeof *fan; i++) {
+        Shape s = fan_of(fan[i].n, fan[i].ring);
+        int bad;
+        assert_int_equal(fan_is_sure(&s, &bad), fan[i].sure);
+        assert_true(bad >= fan[i].bad_least);
+        if (i == 0) { /* open, and twice the same triangle */
+            s.ntri--;
+            assert_false(fan_is_sure(&s, &bad));
+            for (int k = 0; k < 3; k++) s.tri[3 * s.ntri + k] = s.tri[k];
+            s.ntri++;
+            assert_false(fan_is_sure(&s, &bad));
+        }
+        shape_free(&s);
+    }
+}
+
+static void fans_at_random_are_found_out(void **state)
+{
+    (void)state;
+    uint64_t seed = 3;
+    int sure = 0, unsure = 0, pairs = 0;
+    for (int i = 0; i < 6000; i++) {
+        Vec3 ring[15];
+        int n = 3 + i % 12, bad, size = i % 2 ? 3 : 40, turns = 1 + (i % 7 == 0);
+        for (int k = 0; k < n; k++) {
+            double a = turns * 2 * 3.14159265 * (k + 0.9 * shape_noise(&seed)) / n, r = size + noise_int(&seed, size);
+            ring[k] = vec3(rint(r * cos(a)), rint(r * sin(a)), noise_int(&seed, 2 * size) - size);
+        }
+        Shape s = fan_of(n, ring);
+        bool is = fan_is_sure(&s, &bad);
+        if (n > 12) assert_false(is);
+        sure += is;
+        unsure += !is;
+        pairs += bad;
+        shape_free(&s);
+    }
+    assert_true(sure > 1000 && unsure > 1000 && pairs > 1000);
+}
+
+/* Two fans that touch in their middle alone: they turn twice, and do not intersect. */
+static void two_fans_at_a_vertex(void **state)
+{
+    (void)state;
+    static const Vec3 up[4] = {{4, 0, 3}, {0, 4, 3}, {-4, 0, 3}, {0, -4, 3}};
+    int bad;
+    Shape one = fan_of(4, up), s = {.nvert = 9, .ntri = 8, .pos = NEW0(Vec3, 9), .tri = NEW(int32_t, 24)};
+    for (int i = 0; i < 24; i++) s.tri[i] = one.tri[i % 12] + (i >= 12 && one.tri[i % 12] > 0 ? 4 : 0);
+    for (int v = 0; v < 4; v++) s.pos[1 + v] = up[v], s.pos[5 + v] = v_scale(up[v], -1);
+    assert_true(fan_is_sure(&one, &bad));
+    assert_false(fan_is_sure(&s, &bad));
+    assert_int_equal(bad, 0);
+    shape_free(&one);
+    shape_free(&s);
+}
+
+/* --- meshes in whole numbers ----------------------------------------------------------------------------------------------- */
+
+/* Closed, the rougher the more it runs through itself. */
+static Shape rough_torus(double rough, uint64_t seed)
+{
+    Shape s = shape_torus(20, 10, 60, 22);
+    for (int v = 0; v < s.nvert; v++) {
+        Vec3 d = vec3(shape_noise(&seed), shape_noise(&seed), shape_noise(&seed)), p = v_axpy(s.pos[v], rough, d);
+        s.pos[v] = vec3(rint(p.x), rint(p.y), rint(p.z));
+    }
+    return s;
+}
+
+static bool share_a_corner(const Shape *s, int t, int u)
+{
+    for (int k = 0; k < 9; k++)
+        if (s->tri[3 * t + k / 3] == s->tri[3 * u + k % 3]) return true;
+    return false;
+}
+
+/* Of triangles with sure corners alone: as many neighbours behind each as there are. */
+static void neighbours_behind_are_counted(void **state)
+{
+    (void)state;
+    uint64_t seed = 8;
+    for (int some = 0; some < 3; some++) {
+        Shape s = rough_torus(some == 2 ? 16 : 0, 5);
+        uint8_t *look = NEW(uint8_t, s.ntri), *sure = NEW(uint8_t, s.nvert), *later = NEW(uint8_t, 3 * s.ntri);
+        int32_t *order = NEW(int32_t, s.ntri);
+        int counted = 0;
+        for (int i = 0; i < s.ntri; i++) {
+            int k = noise_int(&seed, i + 1);
+            order[i] = order[k], order[k] = i;
+            look[i] = noise_int(&seed, 3) == 0;
+        }
+        stars_find(&(TriSoup){s.ntri, s.pos, s.tri}, s.ntri, order, some ? look : NULL, sure, later);
+        for (int i = 0; i < s.ntri; i++) {
+            int t = order[i], wanted = 0;
+            const uint8_t *l = later + 3 * t;
+            bool is_sure = sure[s.tri[3 * t]] && sure[s.tri[3 * t + 1]] && sure[s.tri[3 * t + 2]];
+            assert_int_equal(is_sure, l[0] != LATER_UNSURE && l[1] != LATER_UNSURE && l[2] != LATER_UNSURE);
+            if (!is_sure) continue;
+            for (int j = i + 1; j < s.ntri; j++) wanted += (!some || look[t] || look[order[j]]) && share_a_corner(&s, t, order[j]);
+            assert_int_equal(l[0] + l[1] + l[2], wanted);
+            counted++;
+        }
+        assert_true(some == 2 ? counted > 10 && counted < s.ntri : counted == s.ntri);
+        mem_free(look);
+        mem_free(sure);
+        mem_free(later);
+        mem_free(order);
+        shape_free(&s);
+    }
+}
+
+static void rough_meshes(void **state)
+{
+    (void)state;
+    static const double rough[] = {0, 6, 16, 50};
+    uint64_t seed = 4;
+    for (int i = 0; i < 4; i++) {
+        Shape s = rough_torus(rough[i], (uint64_t)i + 1);
+        uint8_t *look = NEW(uint8_t, s.ntri), *sure = NEW(uint8_t, s.nvert);
+        int sures = 0, n = assert_like_brute_force(&s, NULL);
+        if (i == 0) assert_int_equal(n, 0);
+        if (i == 3) assert_true(n > 100);
+        for (int one_in = 2; one_in <= 128; one_in *= 4) {
+            for (int t = 0; t < s.ntri; t++) look[t] = noise_int(&seed, one_in) == 0;
+            assert_like_brute_force(&s, look);
+        }
+        find_stars(&s, sure);
+        for (int v = 0; v < s.nvert; v++) sures += sure[v];
+        if (i == 0) assert_int_equal(sures, s.nvert);
+        if (i == 2) assert_in_range(sures, s.nvert / 20, s.nvert - s.nvert / 20);
+        mem_free(look);
+        mem_free(sure);
+        shape_free(&s);
+    }
+}
+
+/* All but one triangle lie within less than 16 bits can tell of the whole. */
+static void one_triangle_far_away(void **state)
+{
+    (void)state;
+    Shape s = soup_of(200, 600, 9, 7);
+    int n = assert_like_brute_force(&s, NULL);
+    uint8_t *look = NEW0(uint8_t, s.ntri);
+    for (int k = 0; k < 3; k++) s.pos[s.tri[k]] = vec3(1 << 22, k << 20, 1 << 22);
+    assert_true(assert_like_brute_force(&s, NULL) > n / 2);
+    look[0] = look[5] = look[17] = 1;
+    assert_like_brute_force(&s, look);
+    look[0] = 0; /* it lies outside all that is looked at */
+    assert_like_brute_force(&s, look);
+    mem_free(look);
+    shape_free(&s);
+}
+
+/* Asked again after some have moved, to where they were or far out of what there was. */
+static void searches_go_on(void **state)
+{
+    (void)state;
+    static const int one_in[] = {1, 40, 60, 1000, 3, 40, 25};
+    for (int first = 0; first < 4; first++) {
+        uint64_t seed = (uint64_t)first + 6;
+        Shape s = rough_torus(16, seed);
+        uint8_t *look = NEW(uint8_t, s.ntri), *moved = NEW(uint8_t, s.nvert);
+        TriPair *pair = NULL;
+        int cap = 0, most = 0;
+        PairSearch *search = pair_search_begin(&(TriSoup){s.ntri, s.pos, s.tri});
+        for (int round = first; round < 7; round++) {
+            for (int v = 0; v < s.nvert; v++)
+                if ((moved[v] = noise_int(&seed, one_in[round]) == 0)) {
+                    double r = round == 5 ? 400 : 30;
+                    Vec3 d = vec3(shape_noise(&seed), shape_noise(&seed), shape_noise(&seed)), p = v_axpy(s.pos[v], r, d);
+                    s.pos[v] = vec3(rint(p.x), rint(p.y), rint(p.z));
+                }
+            for (int t = 0; t < s.ntri; t++) look[t] = moved[s.tri[3 * t]] | moved[s.tri[3 * t + 1]] | moved[s.tri[3 * t + 2]];
+            int n = pair_search_find(search, look, &pair, &cap);
+            assert_all_found(&s, look, n, pair);
+            most = int_max(most, n);
+        }
+        assert_true(most > 20);
+        pair_search_end(search);
+        mem_free(pair);
+        mem_free(look);
+        mem_free(moved);
+        shape_free(&s);
+    }
+}
+
 /* --- meshes ---------------------------------------------------------------------------------------------------------------- */
 
 static Mesh two_spheres(double apart)
@@ -335,6 +588,13 @@ int main(void)
         cmocka_unit_test(soups_looked_at_in_part),
         cmocka_unit_test(nearly_degenerate_pairs),
         cmocka_unit_test(scales_that_differ),
+        cmocka_unit_test(fans_that_turn_once_are_sure),
+        cmocka_unit_test(fans_at_random_are_found_out),
+        cmocka_unit_test(two_fans_at_a_vertex),
+        cmocka_unit_test(neighbours_behind_are_counted),
+        cmocka_unit_test(rough_meshes),
+        cmocka_unit_test(one_triangle_far_away),
+        cmocka_unit_test(searches_go_on),
         cmocka_unit_test(spheres_meet_along_a_circle),
         cmocka_unit_test(what_is_known_is_what_is_found),
     };
