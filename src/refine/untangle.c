@@ -81,7 +81,8 @@ static void give_area(RefinedMesh *m, const Vec3 *landed, const uint8_t *down)
 }
 
 /* All pairs: those of mechanical triangles that are what they were are known. look[m->ntri] is scratch. */
-static int find_pairs(const RefinedMesh *m, const Vec3 *landed, const Crossings *mech, int ntop, uint8_t *look, TriPair **pair, int *cap)
+static int find_pairs(const RefinedMesh *m, const Vec3 *landed, const Crossings *mech, int ntop, PairSearch *search, uint8_t *look,
+                      TriPair **pair, int *cap)
 {
     int32_t *same = NEW(int32_t, ntop);
     for (int t = 0; t < ntop; t++) same[t] = NONE;
@@ -93,7 +94,7 @@ static int find_pairs(const RefinedMesh *m, const Vec3 *landed, const Crossings 
         }
         if (!look[t]) same[m->parent[t]] = t;
     }
-    int n = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, pair, cap);
+    int n = pair_search_find(search, look, pair, cap);
     for (int i = 0; i < mech->n; i++) {
         int a = same[mech->pair[i].a], b = same[mech->pair[i].b];
         if (a == NONE || b == NONE) continue;
@@ -120,7 +121,8 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         landed = own;
     }
     uint8_t *down = NEW0(uint8_t, m->nvert), *moved = NEW(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri), *top = NEW(uint8_t, ntop);
-    left = find_pairs(m, landed, mech, ntop, look, &pair, &cap);
+    PairSearch *search = pair_search_begin(&(TriSoup){m->ntri, m->pos, m->tri});
+    left = find_pairs(m, landed, mech, ntop, search, look, &pair, &cap);
     bool more = mark_down(m, landed, left, pair, down);
     for (int round = 0; (more || left) && round < ROUNDS_MAX; round++) {
         memset(moved, 0, (size_t)m->nvert);
@@ -129,7 +131,7 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         look_around(m, moved, look);
         find_turned(m, field, look, top);
         for (int i = 0; i < left; i++) look[pair[i].a] = look[pair[i].b] = 1; /* of one that is left over, one at least stays marked */
-        left = intersect_find(&(TriSoup){m->ntri, m->pos, m->tri}, look, &pair, &cap);
+        left = pair_search_find(search, look, &pair, &cap);
         more = mark_down(m, landed, left, pair, down);
         for (int i = 0; i < left && !more; i++) top[m->parent[pair[i].a]] = top[m->parent[pair[i].b]] = 1;
         more = mark_parents(m, top, down) || more;
@@ -140,6 +142,7 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         *flattened += down[v] == LIES_FLAT;
         if (down[v] != STAYS && !own) field_normals(field, 1, &landed[v], &m->normal[v]); /* not that of where it was lifted to */
     }
+    pair_search_end(search);
     mem_free(own);
     mem_free(pair);
     mem_free(down);
