@@ -156,13 +156,14 @@ typedef struct Sharp {
     Vec3 *move;      /* [nvert] */
     uint8_t *kind;   /* [nfree] SharpKind */
     Vec3 *ridge;     /* [nfree] unit direction, of ridge vertices */
-    int32_t *node;   /* [3*ntri] free vertices of the triangles */
-    Incidence inc;   /* of node */
+    const Incidence *around; /* slot 3 i + c: triangle tri[i], or i where that is NULL, at each free vertex */
+    const int32_t *tri;
+    Incidence inc;   /* of the triangles, where the elements are springs */
     int nnear;       /* elements of sharp vertices, */
     int32_t *near;   /* [nnear] */
     int nnear_vert;  /* and the free vertices of those */
     int32_t *near_vert; /* [nnear_vert] */
-    int cap_vert, cap_node, cap_near, cap_near_vert;
+    int cap_vert, cap_near, cap_near_vert;
 } Sharp;
 
 /* Finds the sharp vertices: none when set->sharp is off or there are no triangle normals. */

@@ -18,37 +18,52 @@ typedef struct Pass {
 
 /* --- who is sharp -------------------------------------------------------------------------------- */
 
+/* Triangle i of those that meet at free vertices. */
+static int triangle_of(const Sharp *sh, int i)
+{
+    int t = sh->around->slot[i] / 3;
+    return sh->tri ? sh->tri[t] : t;
+}
+
 /* Whether all triangles of v face within half the threshold of one of them, so that no two differ by all of it; a
  * vertex of an inverted triangle has to be unfolded first and counts as smooth, too. */
 static bool is_smooth(const Sharp *sh, const MechanicsProblem *prob, int v)
 {
-    int begin = sh->inc.first[v], end = sh->inc.first[v + 1];
+    int begin = sh->around->first[v], end = sh->around->first[v + 1];
     bool alike = true;
+    if (begin == end) return true;
+    const Vec3 first = prob->tri_normal[triangle_of(sh, begin)];
     for (int i = begin; i < end; i++) {
-        int t = sh->inc.slot[i] / 3;
+        int t = triangle_of(sh, i);
         if (prob->inverted && prob->inverted[t]) return true;
-        alike &= v_dot(prob->tri_normal[t], prob->tri_normal[sh->inc.slot[begin] / 3]) > SHARP_COS_HALF;
+        alike &= v_dot(prob->tri_normal[t], first) > SHARP_COS_HALF;
     }
     return alike;
 }
 
+/* The corner of a triangle so many behind vertex `vert`. */
+static int corner_beside(const MechanicsProblem *prob, int t, int vert, int behind)
+{
+    const int32_t *c = prob->tri + 3 * t;
+    return c[((c[0] == vert ? 0 : c[1] == vert ? 1 : 2) + behind) % 3];
+}
+
 /* Counts the edges of v across which the field's normal turns by the threshold: two make a ridge, more a corner. If it
  * turns at every edge, v may as well be the tip of a droplet of few triangles: it has to stay free. */
-static SharpKind kind_of(const Sharp *sh, const MechanicsProblem *prob, int v, Vec3 *ridge)
+static SharpKind kind_of(const Sharp *sh, const MechanicsProblem *prob, int v, int vert, Vec3 *ridge)
 {
-    int begin = sh->inc.first[v], end = sh->inc.first[v + 1], nturn = 0, nedge = 0;
+    int begin = sh->around->first[v], end = sh->around->first[v + 1], nturn = 0, nedge = 0;
     double most = 0;
     for (int i = begin; i < end; i++)
         for (int j = begin; j < end; j++) {
-            int a = sh->inc.slot[i], b = sh->inc.slot[j];
-            Vec3 ma = prob->tri_normal[a / 3], mb = prob->tri_normal[b / 3], across = v_cross(ma, mb);
+            int a = triangle_of(sh, i), b = triangle_of(sh, j);
+            Vec3 ma = prob->tri_normal[a], mb = prob->tri_normal[b], across = v_cross(ma, mb);
             if (v_len2(across) > most) {
                 most = v_len2(across);
                 *ridge = v_scale(across, 1 / sqrt(most));
             }
-            /* triangle a ends at the edge where b begins: vertex before v in a, after v in b */
-            int before = prob->tri[a % 3 == 0 ? a + 2 : a - 1], after = prob->tri[b % 3 == 2 ? b - 2 : b + 1];
-            if (i == j || before != after) continue;
+            /* triangle a ends at the edge where b begins */
+            if (i == j || corner_beside(prob, a, vert, 2) != corner_beside(prob, b, vert, 1)) continue;
             nedge++;
             nturn += v_dot(ma, mb) < SHARP_COS;
         }
@@ -63,7 +78,7 @@ static void pass_kind(void *ctx, int begin, int end)
     Sharp *sh = ps->sh;
     const MechanicsProblem *prob = ps->el->prob;
     for (int v = begin; v < end; v++)
-        sh->kind[v] = is_smooth(sh, prob, v) ? SHARP_NOT : (uint8_t)kind_of(sh, prob, v, &sh->ridge[v]);
+        sh->kind[v] = is_smooth(sh, prob, v) ? SHARP_NOT : (uint8_t)kind_of(sh, prob, v, ps->el->vert[v], &sh->ridge[v]);
 }
 
 /* What a move of the sharp vertices reaches. */
@@ -91,15 +106,27 @@ static void find_near(Sharp *sh, const Elastic *el)
     mem_free(seen_vert);
 }
 
+/* The elements' own incidence will do where they are the triangles. */
+static void find_around(Sharp *sh, const Elastic *el)
+{
+    const MechanicsProblem *prob = el->prob;
+    sh->around = &el->inc;
+    sh->tri = el->tri;
+    if (el->arity == 3) return;
+    int32_t *node = NEW(int32_t, 3 * prob->ntri);
+    for (int i = 0; i < 3 * prob->ntri; i++) node[i] = el->local[prob->tri[i]];
+    incidence_build(&sh->inc, el->nfree, 3 * prob->ntri, node);
+    mem_free(node);
+    sh->around = &sh->inc;
+    sh->tri = NULL;
+}
+
 void sharp_build(Sharp *sh, const Elastic *el)
 {
     const MechanicsProblem *prob = el->prob;
     sh->nvert = 0;
     if (!el->set->sharp || !prob->tri_normal || el->nfree == 0) return;
-    RESERVE(sh->node, sh->cap_node, 3 * prob->ntri);
-    for (int i = 0; i < 3 * prob->ntri; i++) sh->node[i] = el->local[prob->tri[i]];
-    incidence_build(&sh->inc, el->nfree, 3 * prob->ntri, sh->node);
-
+    find_around(sh, el);
     if (el->nfree > sh->cap_vert) {
         sh->cap_vert = int_max(el->nfree, 2 * sh->cap_vert);
         RESIZE(sh->vert, sh->cap_vert);
@@ -131,10 +158,10 @@ static Vec3 move_of(const Sharp *sh, const Elastic *el, const Vec3 *x, int v)
     const MechanicsProblem *prob = el->prob;
     Vec3 p = v_add(prob->pos[el->vert[v]], x[v]), sum = {0};
     double area = 0;
-    for (int i = sh->inc.first[v]; i < sh->inc.first[v + 1]; i++) {
-        int t = sh->inc.slot[i] / 3;
+    for (int i = sh->around->first[v]; i < sh->around->first[v + 1]; i++) {
+        int t = triangle_of(sh, i);
         Vec3 q[3];
-        for (int c = 0; c < 3; c++) q[c] = v_add(prob->pos[prob->tri[3 * t + c]], x[sh->node[3 * t + c]]);
+        for (int c = 0; c < 3; c++) q[c] = v_add(prob->pos[prob->tri[3 * t + c]], x[el->local[prob->tri[3 * t + c]]]);
         double a = v_len(v_area2(q[0], q[1], q[2]));
         Vec3 m = prob->tri_normal[t], centroid = v_scale(v_add(v_add(q[0], q[1]), q[2]), 1.0 / 3);
         sum = v_axpy(sum, a * v_dot(v_sub(centroid, p), m), m);
@@ -161,7 +188,6 @@ void sharp_free(Sharp *sh)
     mem_free(sh->move);
     mem_free(sh->kind);
     mem_free(sh->ridge);
-    mem_free(sh->node);
     mem_free(sh->inc.first);
     mem_free(sh->inc.slot);
     mem_free(sh->near);
