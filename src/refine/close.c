@@ -5,7 +5,7 @@
 static bool take_inner_mark(Pass *p, const Whole *w)
 {
     if (w->ntri == 1) return false;
-    uint8_t *inner = &p->marked[p->edge_of[3 * w->first + 1]];
+    uint8_t *inner = &p->marked[p->edge_of[3 * w->tri[0] + 1]];
     bool was = *inner;
     *inner = 0;
     return was;
@@ -25,12 +25,13 @@ void pass_close(Pass *p)
 {
     for (bool again = true; again;) {
         again = false;
-        for (int t = 0; t < p->m->ntri; t++) {
+        for (int t = 0; t < p->ntri; t++) {
             Whole w = whole_of(p, t);
             again = close_one(p, &w) || again;
         }
     }
+    pass_list_marked(p);
     pass_land(p);
-    for (int e = 0; e < p->nedge; e++)
-        if (p->marked[e] && p->mid_state[e] == MID_LOST) pass_flatten(p, e);
+    for (int i = 0; i < p->nlist; i++)
+        if (p->mid_state[p->list[i]] == MID_LOST) pass_flatten(p, p->list[i]);
 }

@@ -1,64 +1,239 @@
 /* cut.c: marked edges get their midpoints, triangles give way to their pieces. */
 #include "refine/refine_priv.h"
 
-static int add_midpoints(Pass *p, Refine *now, int32_t *next_id)
+#include "base/thread.h"
+
+/* Where a half-edge comes in the finished mesh. */
+static uint64_t place_of(const Pass *p, int h)
 {
-    RefinedMesh *m = p->m;
-    int first = m->nvert;
-    for (int e = 0; e < p->nedge; e++) {
-        p->mid[e] = NONE;
-        if (!p->marked[e]) continue;
-        int a = m->id[p->ends[e][0]], b = m->id[p->ends[e][1]], id;
-        if (p->was[e] != NONE) id = p->memory->mark[p->was[e]].id;
-        else id = *next_id, *next_id += MESH_ID_STEP;
-        refine_note(now, (RefineMark){int_min(a, b), int_max(a, b), id, p->number});
-        p->mid[e] = refined_add_vert(m, p->mid_pos[e], p->mid_normal[e], id, p->ends[e], p->mid_state[e] == MID_FLAT);
-    }
-    return m->nvert - first;
+    int t = h / 3;
+    return ((uint64_t)p->parent[t] << WAY_BITS * PASSES_MAX | p->way[t]) << 2 | (uint64_t)(h % 3);
 }
 
-/* What the pieces from number `at` on have of the whole that they replace. */
-static void note_kept(Pass *p, const Whole *w, int marks, const Pieces *q, int at)
+static void list_cut(Pass *p)
 {
-    for (int i = 0; i < q->n; i++) {
-        p->kept_tri[at + i] = marks ? NONE : w->first + i;
-        for (int k = 0; k < 3; k++) {
-            int c = q->corner[i][k], d = q->corner[i][(k + 1) % 3], *side = &p->kept_side[3 * (at + i) + k];
-            if (!marks) *side = p->edge_of[3 * (w->first + i) + k];
-            else *side = w->ntri == 1 && c < 3 && d < 3 ? p->edge_of[3 * w->first + c] : NONE;
-        }
+    int n = 0;
+    for (int i = 0; i < p->nlist; i++)
+        if (p->marked[p->list[i]]) p->list[n++] = p->list[i];
+    p->nlist = n;
+}
+
+typedef struct Ranked {
+    int32_t edge, vert; /* its lower end */
+    uint64_t place;     /* of the first of its half-edges */
+} Ranked;
+
+/* Identities are given out by the edges' lower ends, then by the places of their half-edges, whatever the edges' numbers. */
+static void sort_list(Pass *p)
+{
+    int32_t *start = NEW0(int32_t, p->m->nvert + 1);
+    Ranked *rank = NEW(Ranked, p->nlist);
+    for (int i = 0; i < p->nlist; i++) start[edge_end(p, p->list[i], 0) + 1]++;
+    for (int v = 0; v < p->m->nvert; v++) start[v + 1] += start[v];
+    for (int i = 0; i < p->nlist; i++) {
+        int e = p->list[i], v = edge_end(p, e, 0);
+        uint64_t a = place_of(p, p->half[e][0]), b = place_of(p, p->half[e][1]);
+        rank[start[v]++] = (Ranked){e, v, a < b ? a : b};
+    }
+    for (int i = 1; i < p->nlist; i++) {
+        Ranked r = rank[i];
+        int at = i;
+        for (; at > 0 && rank[at - 1].vert == r.vert && rank[at - 1].place > r.place; at--) rank[at] = rank[at - 1];
+        rank[at] = r;
+    }
+    for (int i = 0; i < p->nlist; i++) p->list[i] = rank[i].edge;
+    mem_free(start);
+    mem_free(rank);
+}
+
+static void add_midpoints(Pass *p, Refine *now, int32_t *next_id)
+{
+    RefinedMesh *m = p->m;
+    refined_reserve_verts(m, m->nvert + p->nlist);
+    for (int i = 0; i < p->nlist; i++) {
+        int e = p->list[i], v = m->nvert++, a = edge_end(p, e, 0), b = edge_end(p, e, 1), was = p->was[e];
+        const Midpoint *at = &p->midpoint[p->mid[e]];
+        m->pos[v] = at->pos;
+        m->normal[v] = at->normal;
+        m->ends[v][0] = a;
+        m->ends[v][1] = b;
+        m->flat[v] = p->mid_state[e] == MID_FLAT;
+        if (was != NONE) m->id[v] = p->memory->mark[was].id;
+        else m->id[v] = *next_id, *next_id += MESH_ID_STEP;
+        refine_note(now, (RefineMark){int_min(m->id[a], m->id[b]), int_max(m->id[a], m->id[b]), m->id[v], p->number});
+        p->mid[e] = v;
     }
 }
 
-static void cut_triangles(Pass *p, int added)
+/* Numbers of what is new: the halves of cut edges away from their lower ends in the order of the midpoints, then the edges inside
+ * the wholes; triangles. */
+typedef struct Cut {
+    Pass *p;
+    int first_vert, first_half, first_inner, first_tri;
+    int32_t *at; /* [nwhole] how many triangles, and as many inner edges, the wholes before it add */
+} Cut;
+
+static void make_fresh(Pass *p, int e)
 {
-    RefinedMesh *m = p->m;
-    Tris out = {0};
-    int after = m->ntri + 2 * added; /* whatever the pieces: V - E + F stays */
-    p->kept_tri = NEW(int32_t, after);
-    p->kept_side = NEW(int32_t, 3 * after);
-    for (int t = 0; t < m->ntri;) {
-        Whole w = whole_of(p, t);
-        int marks = whole_marks(p, &w);
-        Pieces q = whole_pieces(p, &w, marks, (p->state[t] & TRI_OTHER_DIAGONAL) != 0);
-        ASSERT(w.first == t && out.n + q.n <= after);
-        note_kept(p, &w, marks, &q, out.n);
-        int32_t v[WHOLE_POINTS];
-        for (int i = 0; i < WHOLE_POINTS; i++) v[i] = w.edge[i] != NONE ? p->mid[w.edge[i]] : w.vert[i];
-        for (int i = 0; i < q.n; i++)
-            refined_add_tri(&out, (const int32_t[3]){v[q.corner[i][0]], v[q.corner[i][1]], v[q.corner[i][2]]}, m->parent[t], q.green[i]);
-        t += w.ntri;
+    p->note[e] = (EdgeNote){{1, 1}, KEPT_NEVER, EDGE_FRESH};
+    p->mid_state[e] = MID_NONE;
+}
+
+/* A whole while it is cut. */
+typedef struct Pattern {
+    Whole whole;
+    int marks;
+    int32_t vert[WHOLE_POINTS];
+    int ninner;
+    uint8_t inner[PIECES_MAX][2];    /* [ninner] points */
+    int32_t inner_edge[PIECES_MAX];  /* [ninner] */
+    int32_t spare;                   /* the edge between green halves, NONE once it is used again */
+    int next_inner;
+} Pattern;
+
+/* The number of an edge between two points that are on no side together. */
+static int inner_edge(Pass *p, Pattern *q, int a, int b)
+{
+    for (int i = 0; i < q->ninner; i++)
+        if (q->inner[i][0] == b && q->inner[i][1] == a) return q->inner_edge[i];
+    int e = q->spare != NONE ? q->spare : q->next_inner++;
+    q->spare = NONE;
+    q->inner[q->ninner][0] = (uint8_t)a, q->inner[q->ninner][1] = (uint8_t)b;
+    make_fresh(p, e);
+    return q->inner_edge[q->ninner++] = e;
+}
+
+/* The number of the edge from point a to point b. */
+static int piece_edge(const Cut *c, Pattern *q, int a, int b)
+{
+    static const uint8_t END[WHOLE_POINTS][2] = {{0}, {0}, {0}, {0, 1}, {1, 2}, {2, 0}, {0, 3}, {3, 1}};
+    for (int i = 3; i < WHOLE_POINTS; i++) {
+        int e = q->whole.edge[i], from = END[i][0], to = END[i][1];
+        if (e == NONE || (a != i && a != from && a != to) || (b != i && b != from && b != to)) continue;
+        if (!(q->marks >> (i - 3) & 1)) return e;
+        int end = q->vert[a == i ? b : a];
+        return end == int_min(q->vert[from], q->vert[to]) ? e : c->first_half + q->vert[i] - c->first_vert;
     }
-    ASSERT(out.n == after);
-    mem_free(m->tri);
-    mem_free(m->parent);
-    mem_free(m->green);
-    m->ntri = out.n, m->captri = out.cap, m->tri = out.tri, m->parent = out.parent, m->green = out.green;
+    return inner_edge(c->p, q, a, b);
+}
+
+static void put_piece(const Cut *c, Pattern *q, int t, const uint8_t corner[3])
+{
+    Pass *p = c->p;
+    for (int k = 0; k < 3; k++) p->tri[3 * t + k] = q->vert[corner[k]];
+    for (int k = 0; k < 3; k++) {
+        int a = corner[k], b = corner[(k + 1) % 3], e = piece_edge(c, q, a, b), s = q->vert[a] > q->vert[b];
+        p->edge_of[3 * t + k] = e;
+        p->half[e][s] = 3 * t + k;
+        p->note[e].stirred[s] = 1;
+    }
+}
+
+static void cut_whole(const Cut *c, int i)
+{
+    Pass *p = c->p;
+    int first = p->whole[i];
+    Pattern q = {.whole = whole_of(p, first), .marks = p->marks[i], .next_inner = c->first_inner + c->at[i]};
+    const Whole *w = &q.whole;
+    Pieces pieces = whole_pieces(p, w, q.marks, (p->state[first] & TRI_OTHER_DIAGONAL) != 0);
+    int32_t then = p->after[w->tri[w->ntri - 1]];
+    uint32_t way = p->way[first];
+    q.spare = w->ntri == 2 ? p->edge_of[3 * first + 1] : NONE;
+    for (int k = 0; k < WHOLE_POINTS; k++) q.vert[k] = k >= 3 && q.marks >> (k - 3) & 1 ? p->mid[w->edge[k]] : w->vert[k];
+    for (int k = pieces.n - 1; k >= 0; k--) {
+        int t = k < w->ntri ? w->tri[k] : c->first_tri + c->at[i] + k - w->ntri;
+        put_piece(c, &q, t, pieces.corner[k]);
+        p->parent[t] = p->parent[first];
+        p->way[t] = way | (uint32_t)k << WAY_BITS * (PASSES_MAX - 1 - p->number);
+        p->green[t] = pieces.green[k];
+        p->state[t] = TRI_NEW;
+        p->after[t] = then;
+        then = t;
+    }
+}
+
+static void cut_block(void *ctx, int begin, int end)
+{
+    const Cut *c = ctx;
+    for (int i = begin; i < end; i++) {
+        if (c->p->marks[i]) cut_whole(c, i);
+        else c->p->state[c->p->whole[i]] = 0;
+    }
+}
+
+static void halve_block(void *ctx, int begin, int end)
+{
+    const Cut *c = ctx;
+    for (int i = begin; i < end; i++) {
+        make_fresh(c->p, c->p->list[i]);
+        make_fresh(c->p, c->first_half + i);
+    }
 }
 
 int pass_cut(Pass *p, Refine *now, int32_t *next_id)
 {
-    int added = add_midpoints(p, now, next_id);
-    cut_triangles(p, added);
+    list_cut(p);
+    sort_list(p);
+    int added = p->nlist, tris = 0;
+    Cut c = {p, p->m->nvert, p->nedge, p->nedge + added, p->ntri, NEW(int32_t, p->nwhole)};
+    add_midpoints(p, now, next_id);
+    for (int i = 0; i < p->nwhole; i++) {
+        c.at[i] = tris;
+        for (int marks = p->marks[i]; marks; marks &= marks - 1) tris++;
+    }
+    ASSERT(tris == 2 * added); /* each edge has two sides */
+    pass_reserve(p, 2 * added, 3 * added);
+    parallel_for(p->nwhole, LIST_GRAIN, cut_block, &c);
+    parallel_for(added, GRAIN, halve_block, &c);
+    p->ntri += 2 * added;
+    p->nedge += 3 * added;
+    mem_free(c.at);
     return added;
+}
+
+/* --- in order -------------------------------------------------------------------------------------------------------------- */
+
+typedef struct Order {
+    Pass *p;
+    int32_t *first; /* [blocks] of mechanical triangles: how many pieces, then how many come before */
+} Order;
+
+static void count_block(void *ctx, int begin, int end)
+{
+    const Order *o = ctx;
+    int n = 0;
+    for (int t = begin; t < end; t++)
+        for (int s = t; s != NONE; s = o->p->after[s]) n++;
+    o->first[begin / GRAIN] = n;
+}
+
+static void finish_block(void *ctx, int begin, int end)
+{
+    const Order *o = ctx;
+    const Pass *p = o->p;
+    RefinedMesh *m = p->m;
+    int n = o->first[begin / GRAIN];
+    for (int t = begin; t < end; t++)
+        for (int s = t; s != NONE; s = p->after[s], n++) {
+            for (int k = 0; k < 3; k++) m->tri[3 * n + k] = p->tri[3 * s + k];
+            m->parent[n] = t;
+            m->green[n] = p->green[s];
+        }
+}
+
+void pass_finish(Pass *p)
+{
+    int top = p->m->ntri, blocks = (top + GRAIN - 1) / GRAIN, n = 0;
+    Order o = {p, NEW(int32_t, blocks)};
+    parallel_for(top, GRAIN, count_block, &o);
+    for (int b = 0; b < blocks; b++) {
+        int pieces = o.first[b];
+        o.first[b] = n;
+        n += pieces;
+    }
+    ASSERT(n == p->ntri);
+    refined_reserve_tris(p->m, n);
+    p->m->ntri = n;
+    parallel_for(top, GRAIN, finish_block, &o);
+    mem_free(o.first);
 }

@@ -1,85 +1,80 @@
-/* edges.c: the edges of the mesh that a pass refines. */
+/* edges.c: the mesh that the passes work on, with its edges. */
 #include "refine/refine_priv.h"
 
-#include "base/thread.h"
-
-/* Where an edge landed, or that it found nothing, stays so as long as it is not cut. */
-static void take_over_block(void *ctx, int begin, int end)
+void pass_reserve(Pass *p, int tris, int edges)
 {
-    Pass *p = ctx;
-    const Pass *b = p->before;
-    for (int e = begin; e < end; e++) {
-        int o = p->from[e];
-        p->far_vox[e] = o != NONE ? b->far_vox[o] : -1;
-        p->was[e] = o != NONE ? b->was[o] : refine_find(p->memory, p->m->id[p->ends[e][0]], p->m->id[p->ends[e][1]]);
-        p->mid_state[e] = o != NONE ? b->mid_state[o] : MID_NONE;
-        if (p->mid_state[e] == MID_NONE) continue;
-        p->mid_pos[e] = b->mid_pos[o];
-        p->mid_normal[e] = b->mid_normal[o];
+    if (p->ntri + tris > p->captri) {
+        int n = p->captri = p->ntri + tris;
+        RESIZE(p->tri, 3 * (size_t)n);
+        RESIZE(p->edge_of, 3 * (size_t)n);
+        RESIZE(p->parent, n);
+        RESIZE(p->after, n);
+        RESIZE(p->way, n);
+        RESIZE(p->green, n);
+        RESIZE(p->state, n);
+        RESIZE(p->asks, 3 * (size_t)n);
+        if (p->set->by == REFINE_BY_NORMALS) RESIZE(p->tri_normal, n);
+    }
+    if (p->nedge + edges > p->capedge) {
+        int n = p->capedge = p->nedge + edges;
+        RESIZE(p->half, n);
+        RESIZE(p->was, n);
+        RESIZE(p->note, n);
+        RESIZE(p->marked, n);
+        RESIZE(p->mid_state, n);
+        RESIZE(p->mid, n);
+        if (p->set->by == REFINE_BY_HESSIAN) RESIZE(p->turn, n);
     }
 }
 
-/* Edges numbered by their lower vertex, then by first appearance: half-edges go into buckets by lower vertex, where an
- * edge's second half finds its first. */
-void pass_find_edges(Pass *p)
+static void add_edge(Pass *p, int h, int opp)
 {
-    RefinedMesh *m = p->m;
-    int nhalf = 3 * m->ntri;
-    int32_t *start = NEW0(int32_t, m->nvert + 2), *bucket = NEW(int32_t, nhalf);
-    for (int h = 0; h < nhalf; h++) start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 2]++;
-    for (int v = 0; v < m->nvert; v++) start[v + 2] += start[v + 1];
-    for (int h = 0; h < nhalf; h++) bucket[start[int_min(m->tri[h], m->tri[h % 3 == 2 ? h - 2 : h + 1]) + 1]++] = h;
-    p->edge_of = NEW(int32_t, nhalf);
-    p->ends = mem_alloc((size_t)nhalf / 2, sizeof *p->ends);
-    p->side = mem_alloc((size_t)nhalf / 2, sizeof *p->side);
-    p->from = NEW(int32_t, nhalf / 2);
-    for (int v = 0; v < m->nvert; v++) {
-        int first = p->nedge;
-        for (int i = start[v]; i < start[v + 1]; i++) {
-            int h = bucket[i], a = m->tri[h], b = m->tri[h % 3 == 2 ? h - 2 : h + 1], top = int_max(a, b), e = first;
-            while (e < p->nedge && p->ends[e][1] != top) e++;
-            p->edge_of[h] = e;
-            int origin = p->before ? p->before->kept_side[h] : NONE; /* one side knows it, or both */
-            p->side[e][e < p->nedge] = h / 3;
-            if (e == p->nedge) {
-                p->ends[e][0] = v;
-                p->ends[e][1] = top;
-                p->from[p->nedge++] = origin;
-            } else if (origin != NONE) p->from[e] = origin;
-        }
+    int e = p->nedge++, s = p->tri[h] > p->tri[opp];
+    p->half[e][s] = h;
+    p->half[e][!s] = opp;
+    p->edge_of[h] = p->edge_of[opp] = e;
+    p->note[e] = (EdgeNote){{1, 1}, KEPT_NEVER, EDGE_FRESH};
+    p->mid_state[e] = MID_NONE;
+}
+
+void pass_begin(Pass *p, const Mesh *mech)
+{
+    int cuts = p->memory->nmark + p->memory->nmark / 8; /* there are about as many as in the last frame */
+    pass_reserve(p, mech->ntri + 2 * cuts, 3 * (mech->ntri / 2 + cuts));
+    for (int h = 0; h < 3 * mech->ntri; h++) p->tri[h] = mech->corner[h];
+    for (int h = 0; h < 3 * mech->ntri; h++)
+        if (h < mech->opp[h]) add_edge(p, h, mech->opp[h]);
+    ASSERT(2 * p->nedge == 3 * mech->ntri);
+    for (int t = 0; t < mech->ntri; t++) {
+        p->parent[t] = t;
+        p->after[t] = NONE;
+        p->way[t] = 0;
+        p->green[t] = 0;
+        p->state[t] = TRI_NEW;
     }
-    ASSERT(2 * p->nedge == nhalf);
-    mem_free(start);
-    mem_free(bucket);
-    p->was = NEW(int32_t, p->nedge);
-    p->self = NEW0(uint8_t, p->nedge);
-    p->far_vox = NEW(double, p->nedge);
-    p->marked = NEW0(uint8_t, p->nedge);
-    p->mid_state = NEW(uint8_t, p->nedge);
-    p->mid_pos = NEW(Vec3, p->nedge);
-    p->mid_normal = NEW(Vec3, p->nedge);
-    p->mid = NEW(int32_t, p->nedge);
-    p->state = NEW0(uint8_t, m->ntri);
-    parallel_for(p->nedge, GRAIN, take_over_block, p);
+    p->ntri = mech->ntri;
 }
 
 void pass_free(Pass *p)
 {
-    mem_free(p->ends);
-    mem_free(p->side);
+    mem_free(p->tri);
     mem_free(p->edge_of);
-    mem_free(p->from);
+    mem_free(p->parent);
+    mem_free(p->after);
+    mem_free(p->way);
+    mem_free(p->green);
+    mem_free(p->state);
+    mem_free(p->asks);
+    mem_free(p->tri_normal);
+    mem_free(p->half);
     mem_free(p->was);
-    mem_free(p->self);
-    mem_free(p->far_vox);
+    mem_free(p->note);
     mem_free(p->marked);
     mem_free(p->mid_state);
-    mem_free(p->mid_pos);
-    mem_free(p->mid_normal);
     mem_free(p->mid);
-    mem_free(p->tri_normal);
     mem_free(p->turn);
-    mem_free(p->state);
-    mem_free(p->kept_tri);
-    mem_free(p->kept_side);
+    mem_free(p->midpoint);
+    mem_free(p->list);
+    mem_free(p->whole);
+    mem_free(p->marks);
 }

@@ -32,7 +32,7 @@ typedef struct Rows {
 
 static void rows_begin(Rows *r, const Pass *p, int t)
 {
-    const int32_t *c = p->m->tri + 3 * t;
+    const int32_t *c = p->tri + 3 * t;
     double longest = 0;
     for (int k = 0; k < 3; k++) r->corner[k] = p->m->pos[c[k]];
     for (int k = 0; k < 3; k++) longest = real_max(longest, v_dist(r->corner[k], r->corner[(k + 1) % 3]));
@@ -105,18 +105,15 @@ static void turn_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int t = begin; t < end; t++) {
+        if (p->state[t] != TRI_NEW) continue;
         Rows r;
         rows_begin(&r, p, t);
         rows_run(&r, p->field);
         for (int k = 0; k < 3; k++) {
             int e = p->edge_of[3 * t + k];
-            p->turn[e][p->side[e][0] != t] = rows_most(&r, k);
+            p->turn[e][p->half[e][1] == 3 * t + k] = rows_most(&r, k);
         }
     }
 }
 
-void pass_find_turns(Pass *p)
-{
-    p->turn = mem_alloc((size_t)p->nedge, sizeof *p->turn);
-    parallel_for(p->m->ntri, GRAIN, turn_block, p);
-}
+void pass_find_turns(Pass *p) { parallel_for(p->ntri, GRAIN, turn_block, p); }

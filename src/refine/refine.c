@@ -3,7 +3,7 @@
 static int count_flat(const Pass *p)
 {
     int n = 0;
-    for (int e = 0; e < p->nedge; e++) n += p->mid_state[e] == MID_FLAT;
+    for (int i = 0; i < p->nlist; i++) n += p->mid_state[p->list[i]] == MID_FLAT;
     return n;
 }
 
@@ -23,40 +23,30 @@ static bool run_pass(Pass *p, Refine *now, int32_t *next_id, int *lost)
     int landed = pass_drop_lost(p);
     if (p->set->scheme == REFINE_SCHEME_RED_GREEN) pass_close(p);
     pass_withdraw(p);
-    int added = pass_cut(p, now, next_id);
-    *lost += p->set->scheme == REFINE_SCHEME_RED_GREEN ? wanted - landed + count_flat(p) : wanted - added;
+    int flat = count_flat(p), added = pass_cut(p, now, next_id);
+    *lost += p->set->scheme == REFINE_SCHEME_RED_GREEN ? wanted - landed + flat : wanted - added;
     return added > 0;
 }
 
 int refine_build(Refine *memory, const Mesh *mech, const Field *field, const RefineSettings *set,
                  const Homes *homes, int32_t *next_id, RefinedMesh *out)
 {
-    ASSERT(mech->deadvert == 0 && mech->deadtri == 0);
+    ASSERT(mech->deadvert == 0 && mech->deadtri == 0 && set->passes <= PASSES_MAX);
     const double degree = 0.017453292519943295;
-    bool off = set->angle_deg >= 180;
-    int lost = 0;
-    refined_copy(out, mech);
+    int lost = 0, passes = set->angle_deg < 180 ? set->passes : 0;
     Refine now = {0};
+    Pass p = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
+    p.cos_limit = cos(set->angle_deg * degree);
+    p.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
+    p.turn_limit = set->angle_deg * degree;
+    p.turn_kept = HYSTERESIS * p.turn_limit;
+    refined_copy(out, mech);
+    pass_find_normals(&p);
     map_init(&now.mark_at, memory->nmark);
-    Pass shape = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
-    shape.cos_limit = cos(set->angle_deg * degree);
-    shape.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
-    shape.turn_limit = set->angle_deg * degree;
-    shape.turn_kept = HYSTERESIS * shape.turn_limit;
-    pass_find_normals(&shape);
-    Pass p = shape, before = {0};
-    pass_find_edges(&p);
-    /* of what the last pass leaves, the edges are not wanted */
-    while (p.number < set->passes && !off && run_pass(&p, &now, next_id, &lost) && p.number + 1 < set->passes) {
-        pass_free(&before);
-        before = p;
-        p = shape;
-        p.number = before.number + 1;
-        p.before = &before;
-        pass_find_edges(&p);
-    }
+    if (passes > 0) pass_begin(&p, mech);
+    while (p.number < passes && run_pass(&p, &now, next_id, &lost)) p.number++;
+    if (p.number > 0) pass_finish(&p);
     pass_free(&p);
-    pass_free(&before);
     refine_free(memory);
     *memory = now;
     return lost;

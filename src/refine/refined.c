@@ -1,47 +1,43 @@
 /* refined.c: the columns of a refined mesh. */
 #include "refine/refine_priv.h"
 
-int refined_add_vert(RefinedMesh *m, Vec3 p, Vec3 n, int32_t id, const int32_t ends[2], bool flat)
+void refined_reserve_verts(RefinedMesh *m, int nvert)
 {
-    if (m->nvert == m->capvert) {
-        m->capvert = int_max(1024, 2 * m->capvert);
-        RESIZE(m->pos, m->capvert);
-        RESIZE(m->normal, m->capvert);
-        RESIZE(m->id, m->capvert);
-        RESIZE(m->ends, m->capvert);
-        RESIZE(m->flat, m->capvert);
-    }
-    m->pos[m->nvert] = p;
-    m->normal[m->nvert] = n;
-    m->id[m->nvert] = id;
-    m->ends[m->nvert][0] = ends[0];
-    m->ends[m->nvert][1] = ends[1];
-    m->flat[m->nvert] = flat;
-    return m->nvert++;
+    if (nvert <= m->capvert) return;
+    m->capvert = int_max(nvert, m->capvert + m->capvert / 2);
+    RESIZE(m->pos, m->capvert);
+    RESIZE(m->normal, m->capvert);
+    RESIZE(m->id, m->capvert);
+    RESIZE(m->ends, m->capvert);
+    RESIZE(m->flat, m->capvert);
 }
 
-void refined_add_tri(Tris *t, const int32_t corner[3], int parent, uint8_t green)
+void refined_reserve_tris(RefinedMesh *m, int ntri)
 {
-    if (t->n == t->cap) {
-        t->cap = int_max(1024, 2 * t->cap);
-        RESIZE(t->tri, 3 * (size_t)t->cap);
-        RESIZE(t->parent, t->cap);
-        RESIZE(t->green, t->cap);
-    }
-    int32_t *q = t->tri + 3 * t->n;
-    for (int k = 0; k < 3; k++) q[k] = corner[k];
-    t->green[t->n] = green;
-    t->parent[t->n++] = parent;
+    if (ntri <= m->captri) return;
+    m->captri = int_max(ntri, m->captri + m->captri / 2);
+    RESIZE(m->tri, 3 * (size_t)m->captri);
+    RESIZE(m->parent, m->captri);
+    RESIZE(m->green, m->captri);
 }
 
 void refined_copy(RefinedMesh *m, const Mesh *mech)
 {
-    const int32_t none[2] = {NONE, NONE};
-    m->nvert = 0;
-    for (int v = 0; v < mech->nvert; v++) refined_add_vert(m, v_round32(mech->pos[v]), vec3(0, 0, 0), mech->id[v], none, false);
-    Tris t = {.cap = m->captri, .tri = m->tri, .parent = m->parent, .green = m->green};
-    for (int k = 0; k < mech->ntri; k++) refined_add_tri(&t, mech->corner + 3 * k, k, 0);
-    m->ntri = t.n, m->captri = t.cap, m->tri = t.tri, m->parent = t.parent, m->green = t.green;
+    refined_reserve_verts(m, mech->nvert);
+    refined_reserve_tris(m, mech->ntri);
+    m->nvert = mech->nvert;
+    m->ntri = mech->ntri;
+    for (int v = 0; v < m->nvert; v++) {
+        m->pos[v] = v_round32(mech->pos[v]);
+        m->id[v] = mech->id[v];
+        m->ends[v][0] = m->ends[v][1] = NONE;
+        m->flat[v] = 0;
+    }
+    for (int t = 0; t < m->ntri; t++) {
+        for (int k = 0; k < 3; k++) m->tri[3 * t + k] = mech->corner[3 * t + k];
+        m->parent[t] = t;
+        m->green[t] = 0;
+    }
 }
 
 void refined_free(RefinedMesh *m)

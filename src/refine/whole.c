@@ -5,23 +5,28 @@ enum { MARK_01 = 1, MARK_12 = 2, MARK_20 = 4, MARK_03 = 8, MARK_31 = 16 };
 
 static Whole plain_of(const Pass *p, int t)
 {
-    const int32_t *v = p->m->tri + 3 * t, *e = p->edge_of + 3 * t;
-    return (Whole){t, 1, {v[0], v[1], v[2], NONE, NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, e[0], e[1], e[2], NONE, NONE}};
+    const int32_t *v = p->tri + 3 * t, *e = p->edge_of + 3 * t;
+    return (Whole){1, {t, NONE}, {v[0], v[1], v[2], NONE, NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, e[0], e[1], e[2], NONE, NONE}};
 }
 
-/* Its halves are (0 3 2) and (3 1 2). */
-static Whole green_of(const Pass *p, int t)
+/* The halves of a green triangle are (0 3 2) and (3 1 2): each other's neighbours over 3-2. */
+static int other_half(const Pass *p, int t)
 {
-    const int32_t *v = p->m->tri + 3 * t, *e = p->edge_of + 3 * t;
-    return (Whole){t, 2, {v[0], v[4], v[2], v[1], NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, NONE, e[4], e[2], e[0], e[3]}};
+    int h = 3 * t + (p->green[t] == 1 ? 1 : 2), e = p->edge_of[h];
+    return p->half[e][p->half[e][0] == h] / 3;
 }
 
-Whole whole_of(const Pass *p, int t)
+static Whole green_of(const Pass *p, int first)
 {
-    int green = p->m->green[t];
-    ASSERT(green != 1 || (t + 1 < p->m->ntri && p->m->green[t + 1] == 2));
-    return green == 0 ? plain_of(p, t) : green_of(p, green == 1 ? t : t - 1);
+    int second = other_half(p, first);
+    const int32_t *v = p->tri + 3 * first, *w = p->tri + 3 * second, *e = p->edge_of + 3 * first, *f = p->edge_of + 3 * second;
+    ASSERT(p->green[first] == 1 && p->green[second] == 2 && v[1] == w[0] && v[2] == w[2]);
+    return (Whole){2, {first, second}, {v[0], w[1], v[2], v[1], NONE, NONE, NONE, NONE}, {NONE, NONE, NONE, NONE, f[1], e[2], e[0], f[0]}};
 }
+
+int whole_first(const Pass *p, int t) { return p->green[t] == 2 ? other_half(p, t) : t; }
+
+Whole whole_of(const Pass *p, int t) { return p->green[t] ? green_of(p, whole_first(p, t)) : plain_of(p, t); }
 
 int whole_marks(const Pass *p, const Whole *w)
 {

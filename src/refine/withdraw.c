@@ -27,7 +27,7 @@ static int faults_of(const Field *f, const Vec3 q[3], const Vec3 n[3], double mi
     return faults;
 }
 
-/* A whole's corners and landed midpoints. */
+/* A whole's corners and midpoints. */
 typedef struct Points {
     Vec3 pos[WHOLE_POINTS], normal[WHOLE_POINTS];
 } Points;
@@ -37,8 +37,9 @@ static Points points_of(const Pass *p, const Whole *w)
     Points at;
     for (int i = 0; i < WHOLE_POINTS; i++) {
         int v = w->vert[i], e = w->edge[i];
-        at.pos[i] = v != NONE ? p->m->pos[v] : e != NONE ? p->mid_pos[e] : vec3(0, 0, 0);
-        at.normal[i] = v != NONE ? p->m->normal[v] : e != NONE ? p->mid_normal[e] : vec3(0, 0, 0);
+        if (v != NONE) at.pos[i] = p->m->pos[v], at.normal[i] = p->m->normal[v];
+        else if (e != NONE && p->marked[e]) at.pos[i] = p->midpoint[p->mid[e]].pos, at.normal[i] = p->midpoint[p->mid[e]].normal;
+        else at.pos[i] = at.normal[i] = vec3(0, 0, 0);
     }
     return at;
 }
@@ -100,46 +101,58 @@ static uint8_t judge(const Pass *p, const Whole *w, int marks)
 static void judge_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
-    for (int t = begin; t < end; t++) {
+    for (int i = begin; i < end; i++) {
+        int t = p->whole[i];
         if (!(p->state[t] & TRI_CHECK)) continue;
         Whole w = whole_of(p, t);
         int marks = whole_marks(p, &w);
+        p->marks[i] = (uint8_t)marks;
         p->state[t] = marks ? judge(p, &w, marks) : 0;
     }
-}
-
-/* The triangles of the whole that t belongs to are to be judged again. */
-static void call_again(Pass *p, int t)
-{
-    Whole w = whole_of(p, t);
-    for (int i = 0; i < w.ntri; i++) p->state[w.first + i] |= TRI_CHECK;
 }
 
 /* Takes the marks of a whole back, or lays their midpoints flat. Returns whether there were any left. */
 static bool withdraw(Pass *p, const Whole *w)
 {
     bool any = false, keep = p->set->scheme == REFINE_SCHEME_RED_GREEN;
-    for (int h = 3 * w->first; h < 3 * (w->first + w->ntri); h++) {
-        int e = p->edge_of[h];
-        if (!p->marked[e] || (keep && p->mid_state[e] == MID_FLAT)) continue;
+    for (int i = 3; i < WHOLE_POINTS; i++) {
+        int e = w->edge[i];
+        if (e == NONE || !p->marked[e] || (keep && p->mid_state[e] == MID_FLAT)) continue;
         if (keep) pass_flatten(p, e);
         else p->marked[e] = 0;
         any = true;
-        for (int s = 0; s < 2; s++) call_again(p, p->side[e][s]);
+        for (int s = 0; s < 2; s++) p->state[whole_first(p, edge_side(p, e, s))] |= TRI_CHECK;
     }
     return any;
 }
 
+/* Those with a marked edge. */
+static void find_wholes(Pass *p)
+{
+    p->nwhole = 0;
+    if (2 * p->nlist > p->capwhole) {
+        p->capwhole = 2 * p->nlist;
+        RESIZE(p->whole, p->capwhole);
+        RESIZE(p->marks, p->capwhole);
+    }
+    for (int i = 0; i < p->nlist; i++)
+        for (int s = 0; s < 2; s++) {
+            int t = whole_first(p, edge_side(p, p->list[i], s));
+            if (p->state[t] & TRI_CHECK) continue;
+            p->state[t] = TRI_CHECK;
+            p->whole[p->nwhole++] = t;
+        }
+}
+
 void pass_withdraw(Pass *p)
 {
-    int n = p->m->ntri;
-    for (int t = 0; t < n; t++) p->state[t] = TRI_CHECK;
+    find_wholes(p);
     for (bool again = true; again;) {
-        parallel_for(n, GRAIN, judge_block, p);
+        parallel_for(p->nwhole, LIST_GRAIN, judge_block, p);
         again = false;
-        for (int t = 0; t < n; t++) {
-            if (!(p->state[t] & TRI_BAD)) continue;
-            Whole w = whole_of(p, t);
+        for (int i = 0; i < p->nwhole; i++) {
+            if (!(p->state[p->whole[i]] & TRI_BAD)) continue;
+            Whole w = whole_of(p, p->whole[i]);
             again = withdraw(p, &w) || again;
         }
     }
