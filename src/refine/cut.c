@@ -75,7 +75,7 @@ typedef struct Cut {
 
 static void make_fresh(Pass *p, int e)
 {
-    p->note[e] = (EdgeNote){{1, 1}, KEPT_NEVER, EDGE_FRESH};
+    p->note[e] = EDGE_UNKNOWN;
     p->mid_state[e] = MID_NONE;
 }
 
@@ -126,6 +126,7 @@ static void put_piece(const Cut *c, Pattern *q, int t, const uint8_t corner[3])
         p->edge_of[3 * t + k] = e;
         p->half[e][s] = 3 * t + k;
         p->note[e].stirred[s] = 1;
+        p->note[e].asked[s] = 0;
     }
 }
 
@@ -157,7 +158,7 @@ static void cut_block(void *ctx, int begin, int end)
     const Cut *c = ctx;
     for (int i = begin; i < end; i++) {
         if (c->p->marks[i]) cut_whole(c, i);
-        else c->p->state[c->p->whole[i]] = 0;
+        else c->p->state[c->p->whole[i]] &= TRI_ASKS;
     }
 }
 

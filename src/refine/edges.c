@@ -33,7 +33,7 @@ static void add_edge(Pass *p, int h, int opp)
     p->half[e][s] = h;
     p->half[e][!s] = opp;
     p->edge_of[h] = p->edge_of[opp] = e;
-    p->note[e] = (EdgeNote){{1, 1}, KEPT_NEVER, EDGE_FRESH};
+    p->note[e] = EDGE_UNKNOWN;
     p->mid_state[e] = MID_NONE;
 }
 

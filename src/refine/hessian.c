@@ -105,7 +105,7 @@ static void turn_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int t = begin; t < end; t++) {
-        if (p->state[t] != TRI_NEW) continue;
+        if (!(p->state[t] & TRI_NEW)) continue;
         Rows r;
         rows_begin(&r, p, t);
         rows_run(&r, p->field);

@@ -22,7 +22,7 @@ static void centroid_normals(void *ctx, int begin, int end)
     Pass *p = ctx;
     int n = 0, tri[BATCH];
     for (int t = begin; t < end; t++) {
-        if (p->state[t] != TRI_NEW) continue;
+        if (!(p->state[t] & TRI_NEW)) continue;
         tri[n++] = t;
         if (n < BATCH) continue;
         batch_normals(p, n, tri);
@@ -72,9 +72,10 @@ static double mark_bent(Pass *p, int e)
 
 static void find_last_mark(Pass *p, int e)
 {
-    int was = p->was[e] = refine_find(p->memory, p->m->id[edge_end(p, e, 0)], p->m->id[edge_end(p, e, 1)]);
+    int a = edge_end(p, e, 0), b = edge_end(p, e, 1);
+    bool is_new = (a >= p->first_vert && p->m->id[a] >= p->first_id) || (b >= p->first_vert && p->m->id[b] >= p->first_id);
+    int was = p->was[e] = is_new ? NONE : refine_find(p->memory, p->m->id[a], p->m->id[b]);
     p->note[e].kept = was != NONE ? (uint8_t)int_min(p->memory->mark[was].pass, KEPT_NEVER) : KEPT_NEVER;
-    p->note[e].flags &= (uint8_t)~EDGE_FRESH;
 }
 
 /* The angle between the centroids' normals asks for the others; between the two limits it holds what was marked before. */
@@ -82,8 +83,23 @@ enum { ASKS_NONE, ASKS_KEPT, ASKS_ALL };
 
 static void compare_sides(Pass *p, int e)
 {
-    double bend = p->tri_normal ? v_dot(p->tri_normal[edge_side(p, e, 0)], p->tri_normal[edge_side(p, e, 1)]) : 1;
-    p->asks[p->half[e][0]] = p->asks[p->half[e][1]] = bend >= p->cos_kept ? ASKS_NONE : bend < p->cos_limit ? ASKS_ALL : ASKS_KEPT;
+    int h = p->half[e][0], o = p->half[e][1];
+    double bend = p->tri_normal ? v_dot(p->tri_normal[h / 3], p->tri_normal[o / 3]) : 1;
+    p->asks[h] = p->asks[o] = (uint8_t)(bend >= p->cos_kept ? ASKS_NONE : bend < p->cos_limit ? ASKS_ALL : ASKS_KEPT);
+}
+
+static void measure_edges(Pass *p, int nedge, const int *edge)
+{
+    int n = 0, batch[BATCH];
+    double limit[BATCH];
+    for (int i = 0; i < nedge; i++) {
+        limit[n] = mark_bent(p, edge[i]);
+        if (limit[n] > 0) batch[n++] = edge[i];
+        if (n < BATCH) continue;
+        measure_batch(p, n, batch, limit);
+        n = 0;
+    }
+    measure_batch(p, n, batch, limit);
 }
 
 /* What an edge's own mark depends on changes when it is cut, when last frame's mark of it comes to count, and, the turns being
@@ -91,46 +107,49 @@ static void compare_sides(Pass *p, int e)
 static void look_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
-    int n = 0, edge[BATCH];
-    double limit[BATCH];
+    int nfresh = 0, nstirred = 0, nagain = 0, fresh[GRAIN], stirred[GRAIN], again[GRAIN];
     for (int e = begin; e < end; e++) {
         EdgeNote *note = &p->note[e];
-        bool stirred = note->stirred[0] | note->stirred[1], again = (note->flags & EDGE_FRESH) || (p->turn && stirred);
-        if (note->flags & EDGE_FRESH) find_last_mark(p, e);
-        if (stirred) compare_sides(p, e);
+        int is_stirred = note->stirred[0] | note->stirred[1], is_fresh = note->flags & EDGE_FRESH;
+        stirred[nstirred] = fresh[nfresh] = e;
+        nstirred += is_stirred;
+        nfresh += is_fresh;
         note->stirred[0] = note->stirred[1] = 0;
-        if ((again || note->kept == p->number) && (limit[n] = mark_bent(p, e)) > 0) edge[n++] = e;
-        if (n < BATCH) continue;
-        measure_batch(p, n, edge, limit);
-        n = 0;
     }
-    measure_batch(p, n, edge, limit);
+    for (int i = 0; i < nfresh; i++) find_last_mark(p, fresh[i]);
+    for (int i = 0; i < nstirred; i++) compare_sides(p, stirred[i]);
+    for (int e = begin; e < end; e++) {
+        EdgeNote *note = &p->note[e];
+        again[nagain] = e;
+        nagain += (note->flags & EDGE_FRESH) | (note->kept == p->number);
+        note->flags &= (uint8_t)~EDGE_FRESH;
+    }
+    measure_edges(p, nagain, again);
+    if (p->turn) measure_edges(p, nstirred, stirred);
 }
 
 /* GI'07 figure 7b: where two neighbours' normals differ, the other edges of both are to be cut. */
-static bool is_asked_for(const Pass *p, int e)
+static void ask_block(void *ctx, int begin, int end)
 {
-    int least = is_kept(p, e) ? ASKS_KEPT : ASKS_ALL;
-    for (int s = 0; s < 2; s++) {
-        int h = p->half[e][s];
-        if (int_max(p->asks[he_next(h)], p->asks[he_prev(h)]) >= least) return true;
+    Pass *p = ctx;
+    for (int t = begin; t < end; t++) {
+        const uint8_t *asks = p->asks + 3 * t;
+        const int32_t *v = p->tri + 3 * t, *e = p->edge_of + 3 * t;
+        bool any = asks[0] | asks[1] | asks[2];
+        if (any || (p->state[t] & TRI_ASKS))
+            for (int k = 0; k < 3; k++) p->note[e[k]].asked[v[k] > v[(k + 1) % 3]] = (uint8_t)int_max(asks[(k + 1) % 3], asks[(k + 2) % 3]);
+        p->state[t] = any ? TRI_ASKS : 0;
     }
-    return false;
 }
 
 static void mark_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int e = begin; e < end; e++) {
-        int flags = p->note[e].flags;
-        p->marked[e] = (flags & EDGE_SELF) || ((flags & EDGE_LONG) && is_asked_for(p, e));
+        const EdgeNote *note = &p->note[e];
+        bool asked = int_max(note->asked[0], note->asked[1]) >= (is_kept(p, e) ? ASKS_KEPT : ASKS_ALL);
+        p->marked[e] = (note->flags & EDGE_SELF) || ((note->flags & EDGE_LONG) && asked);
     }
-}
-
-static void forget_new_block(void *ctx, int begin, int end)
-{
-    Pass *p = ctx;
-    for (int t = begin; t < end; t++) p->state[t] = 0;
 }
 
 void pass_find_normals(Pass *p) { parallel_for(p->m->nvert, GRAIN, vertex_normals, p); }
@@ -147,8 +166,8 @@ int pass_mark(Pass *p)
 {
     if (p->set->by == REFINE_BY_HESSIAN) pass_find_turns(p);
     else parallel_for(p->ntri, GRAIN, centroid_normals, p);
-    parallel_for(p->ntri, GRAIN, forget_new_block, p);
     parallel_for(p->nedge, GRAIN, look_block, p);
+    parallel_for(p->ntri, GRAIN, ask_block, p);
     parallel_for(p->nedge, GRAIN, mark_block, p);
     pass_list_marked(p);
     return p->nlist;

@@ -35,7 +35,8 @@ int refine_build(Refine *memory, const Mesh *mech, const Field *field, const Ref
     const double degree = 0.017453292519943295;
     int lost = 0, passes = set->angle_deg < 180 ? set->passes : 0;
     Refine now = {0};
-    Pass p = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
+    Pass p = {.m = out, .field = field, .memory = memory, .homes = homes, .set = set, .first_vert = mech->nvert, .first_id = *next_id,
+              .dev_limit = set->deviation_vox, .dev_kept = HYSTERESIS * set->deviation_vox};
     p.cos_limit = cos(set->angle_deg * degree);
     p.cos_kept = cos(HYSTERESIS * set->angle_deg * degree);
     p.turn_limit = set->angle_deg * degree;

@@ -11,12 +11,14 @@ enum { GRAIN = 1024, LIST_GRAIN = 256, BATCH = 64 };
 /* What is known of an edge. */
 typedef struct EdgeNote {
     uint8_t stirred[2];     /* the triangle on this side is another than when the edge was last looked at */
+    uint8_t asked[2];       /* ASKS_...: the most that the other edges of the triangle on this side ask for */
     uint8_t kept;           /* the number of the pass from which on last frame's mark of it counts; KEPT_NEVER: it had none */
     uint8_t flags;          /* EDGE_... */
 } EdgeNote;
 
 enum { EDGE_FRESH = 1 /* not looked at yet */, EDGE_SELF = 2 /* to be cut by its own normals or midpoint */, EDGE_LONG = 4 /* enough to be cut for its neighbours' normals */ };
 enum { KEPT_NEVER = 255 };
+#define EDGE_UNKNOWN ((EdgeNote){{1, 1}, {0, 0}, KEPT_NEVER, EDGE_FRESH})
 
 /* Where a midpoint lands, or lies flat. */
 typedef struct Midpoint {
@@ -34,6 +36,7 @@ typedef struct Pass {
     const RefineSettings *set;
     double cos_limit, cos_kept, turn_limit, turn_kept, dev_limit, dev_kept; /* for fresh marks, and for those of last frame */
     int number;             /* of the pass, from 0 */
+    int first_vert, first_id; /* vertices from both of these on are midpoints that the last frame did not have */
 
     int ntri, captri;
     int32_t *tri;           /* [3*ntri] */
@@ -66,7 +69,7 @@ typedef struct Pass {
 
 enum { PASSES_MAX = 8, WAY_BITS = 3 };
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
-enum { TRI_NEW = 1, TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8 };
+enum { TRI_NEW = 1, TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8, TRI_ASKS = 16 };
 
 /* The vertex at the lower (0) or the higher (1) end of an edge. */
 static inline int edge_end(const Pass *p, int e, int end) { return p->tri[p->half[e][end]]; }

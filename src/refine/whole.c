@@ -36,23 +36,21 @@ int whole_marks(const Pass *p, const Whole *w)
     return marks;
 }
 
-/* The triangles that take a triangle's place. Marks are bits 1, 2, 4 of edges 0-1, 1-2, 2-0. Returns how many. */
-static int pattern(int marks, bool other_diagonal, uint8_t out[][3])
-{
-    static const uint8_t ONE[2][3] = {{0, 3, 2}, {3, 1, 2}};
-    static const uint8_t TWO[2][3][3] = {{{3, 1, 4}, {0, 3, 4}, {0, 4, 2}}, {{3, 1, 4}, {0, 3, 2}, {3, 4, 2}}};
-    static const uint8_t ALL[4][3] = {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
-    static const uint8_t TURN[8] = {0, 0, 1, 0, 2, 2, 1, 0}; /* turns that bring the marks to edge 0, or to edges 0 and 1 */
-    int n = marks == 0 ? 1 : marks == 7 ? 4 : marks == 1 || marks == 2 || marks == 4 ? 2 : 3, turn = TURN[marks];
-    if (n == 1) {
-        out[0][0] = 0, out[0][1] = 1, out[0][2] = 2;
-        return 1;
-    }
-    const uint8_t(*from)[3] = n == 2 ? ONE : n == 3 ? TWO[other_diagonal] : ALL;
-    for (int t = 0; t < n; t++)
-        for (int k = 0; k < 3; k++) out[t][k] = (uint8_t)(from[t][k] < 3 ? (from[t][k] + turn) % 3 : 3 + (from[t][k] - 3 + turn) % 3);
-    return n;
-}
+/* What takes a triangle's place, by the marks of edges 0-1 (1), 1-2 (2) and 2-0 (4); of the two diagonals that two marks leave, either. */
+static const Pieces PLAIN[8][2] = {
+    {{1, {{0, 1, 2}}, {0}}, {1, {{0, 1, 2}}, {0}}},
+    {{2, {{0, 3, 2}, {3, 1, 2}}, {0}}, {2, {{0, 3, 2}, {3, 1, 2}}, {0}}},
+    {{2, {{1, 4, 0}, {4, 2, 0}}, {0}}, {2, {{1, 4, 0}, {4, 2, 0}}, {0}}},
+    {{3, {{3, 1, 4}, {0, 3, 4}, {0, 4, 2}}, {0}},
+     {3, {{3, 1, 4}, {0, 3, 2}, {3, 4, 2}}, {0}}},
+    {{2, {{2, 5, 1}, {5, 0, 1}}, {0}}, {2, {{2, 5, 1}, {5, 0, 1}}, {0}}},
+    {{3, {{5, 0, 3}, {2, 5, 3}, {2, 3, 1}}, {0}},
+     {3, {{5, 0, 3}, {2, 5, 1}, {5, 3, 1}}, {0}}},
+    {{3, {{4, 2, 5}, {1, 4, 5}, {1, 5, 0}}, {0}},
+     {3, {{4, 2, 5}, {1, 4, 0}, {4, 5, 0}}, {0}}},
+    {{4, {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}, {0}},
+     {4, {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}, {0}}},
+};
 
 /* A green triangle: its halves as they are, or four, of which two may be green again. */
 static Pieces pieces_of_green(int marks)
@@ -73,8 +71,7 @@ static Pieces pieces_of_green(int marks)
 Pieces whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal)
 {
     if (w->ntri == 2) return pieces_of_green(marks);
-    Pieces q = {0};
-    q.n = pattern(marks, other_diagonal, q.corner);
+    Pieces q = PLAIN[marks][other_diagonal];
     if (p->set->scheme == REFINE_SCHEME_RED_GREEN && q.n == 2) q.green[0] = 1, q.green[1] = 2;
     return q;
 }

@@ -13,16 +13,15 @@ static double aspect(const Vec3 q[3])
     return product > 0 ? 4 * v_len2(v_area2(q[0], q[1], q[2])) / product : 0;
 }
 
-/* Faults of a triangle, as bits: a whole that has one lets its pieces have it too. */
-enum { TURNED = 1, NEEDLE = 2, INVERTED = 4, SLIM = 8 };
+/* Faults of a triangle's shape, as bits: a whole that has one lets its pieces have it too. */
+enum { TURNED = 1, NEEDLE = 2, SLIM = 4 };
 
-static int faults_of(const Field *f, const Vec3 q[3], const Vec3 n[3], double min_aspect)
+static int faults_of(const Vec3 q[3], const Vec3 n[3], double min_aspect)
 {
     Vec3 a = v_area2(q[0], q[1], q[2]);
     double area2 = v_len(a), sum = v_len2(v_sub(q[1], q[0])) + v_len2(v_sub(q[2], q[1])) + v_len2(v_sub(q[0], q[2]));
     int faults = v_dot(a, v_add(v_add(n[0], n[1]), n[2])) < 3 * FACING_MIN * area2 ? TURNED : 0;
     if (area2 < QUALITY_MIN * sum) faults |= NEEDLE;
-    if (!(area2 > 0) || field_triangle_inverted(f, q[0], q[1], q[2])) faults |= INVERTED;
     if (min_aspect > 0 && aspect(q) < min_aspect) faults |= SLIM;
     return faults;
 }
@@ -37,9 +36,14 @@ static Points points_of(const Pass *p, const Whole *w)
     Points at;
     for (int i = 0; i < WHOLE_POINTS; i++) {
         int v = w->vert[i], e = w->edge[i];
-        if (v != NONE) at.pos[i] = p->m->pos[v], at.normal[i] = p->m->normal[v];
-        else if (e != NONE && p->marked[e]) at.pos[i] = p->midpoint[p->mid[e]].pos, at.normal[i] = p->midpoint[p->mid[e]].normal;
-        else at.pos[i] = at.normal[i] = vec3(0, 0, 0);
+        if (v != NONE) {
+            at.pos[i] = p->m->pos[v];
+            at.normal[i] = p->m->normal[v];
+        } else if (e != NONE && p->marked[e]) {
+            const Midpoint *mid = &p->midpoint[p->mid[e]];
+            at.pos[i] = mid->pos;
+            at.normal[i] = mid->normal;
+        }
     }
     return at;
 }
@@ -50,15 +54,25 @@ static void take_corners(const Points *at, const uint8_t c[3], Vec3 pos[3], Vec3
 }
 
 /* Of all pieces together. */
-static int faults_of_pieces(const Field *f, const Pieces *q, const Points *at, double min_aspect)
+static int faults_of_pieces(const Pieces *q, const Points *at, double min_aspect)
 {
     int faults = 0;
     for (int i = 0; i < q->n; i++) {
         Vec3 pos[3], normal[3];
         take_corners(at, q->corner[i], pos, normal);
-        faults |= faults_of(f, pos, normal, min_aspect);
+        faults |= faults_of(pos, normal, min_aspect);
     }
     return faults;
+}
+
+/* A piece without an area counts. */
+static bool is_any_inverted(const Field *f, const Pieces *q, const Points *at)
+{
+    for (int i = 0; i < q->n; i++) {
+        const Vec3 *a = &at->pos[q->corner[i][0]], *b = &at->pos[q->corner[i][1]], *c = &at->pos[q->corner[i][2]];
+        if (!(v_len2(v_area2(*a, *b, *c)) > 0) || field_triangle_inverted(f, *a, *b, *c)) return true;
+    }
+    return false;
 }
 
 /* The least that its pieces may have: a slim whole may be cut into what is no slimmer. */
@@ -85,17 +99,18 @@ static uint8_t judge(const Pass *p, const Whole *w, int marks)
 {
     Points at = points_of(p, w);
     bool two = w->ntri == 1 && (marks == 3 || marks == 5 || marks == 6), other = two && prefers_other_diagonal(marks, at.normal);
-    Pieces uncut = whole_pieces(p, w, 0, false), cut = whole_pieces(p, w, marks, other), swapped;
+    const uint8_t chosen = other ? TRI_OTHER_DIAGONAL : 0;
+    Pieces uncut = whole_pieces(p, w, 0, false), cut = whole_pieces(p, w, marks, other);
     double limit = aspect_limit(p, &uncut, &at);
-    int faults = faults_of_pieces(p->field, &cut, &at, limit);
-    uint8_t state = 0;
-    if (faults) {
-        int allowed = faults_of_pieces(p->field, &uncut, &at, limit) & ~INVERTED;
-        if (two) swapped = whole_pieces(p, w, marks, !other);
-        if (two && !(faults_of_pieces(p->field, &swapped, &at, limit) & ~allowed)) other = !other;
-        else if (faults & ~allowed) state = TRI_BAD;
+    int faults = faults_of_pieces(&cut, &at, limit);
+    bool inverted = !faults && is_any_inverted(p->field, &cut, &at);
+    if (!faults && !inverted) return chosen;
+    int allowed = faults_of_pieces(&uncut, &at, limit);
+    if (two) {
+        Pieces swapped = whole_pieces(p, w, marks, !other);
+        if (!(faults_of_pieces(&swapped, &at, limit) & ~allowed) && !is_any_inverted(p->field, &swapped, &at)) return TRI_OTHER_DIAGONAL - chosen;
     }
-    return other ? state | TRI_OTHER_DIAGONAL : state;
+    return inverted || (faults & ~allowed) || is_any_inverted(p->field, &cut, &at) ? chosen | TRI_BAD : chosen;
 }
 
 static void judge_block(void *ctx, int begin, int end)
@@ -107,7 +122,7 @@ static void judge_block(void *ctx, int begin, int end)
         Whole w = whole_of(p, t);
         int marks = whole_marks(p, &w);
         p->marks[i] = (uint8_t)marks;
-        p->state[t] = marks ? judge(p, &w, marks) : 0;
+        p->state[t] = (p->state[t] & TRI_ASKS) | (marks ? judge(p, &w, marks) : 0);
     }
 }
 
@@ -139,7 +154,7 @@ static void find_wholes(Pass *p)
         for (int s = 0; s < 2; s++) {
             int t = whole_first(p, edge_side(p, p->list[i], s));
             if (p->state[t] & TRI_CHECK) continue;
-            p->state[t] = TRI_CHECK;
+            p->state[t] |= TRI_CHECK;
             p->whole[p->nwhole++] = t;
         }
 }
