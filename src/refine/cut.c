@@ -158,7 +158,7 @@ static void cut_block(void *ctx, int begin, int end)
     const Cut *c = ctx;
     for (int i = begin; i < end; i++) {
         if (c->p->marks[i]) cut_whole(c, i);
-        else c->p->state[c->p->whole[i]] &= TRI_ASKS;
+        else c->p->state[c->p->whole[i]] &= TRI_LASTING;
     }
 }
 

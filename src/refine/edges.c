@@ -13,7 +13,10 @@ void pass_reserve(Pass *p, int tris, int edges)
         RESIZE(p->green, n);
         RESIZE(p->state, n);
         RESIZE(p->asks, 3 * (size_t)n);
-        if (p->set->by == REFINE_BY_NORMALS) RESIZE(p->tri_normal, n);
+        if (p->set->by == REFINE_BY_NORMALS) {
+            RESIZE(p->open, n);
+            RESIZE(p->tri_normal, n);
+        }
     }
     if (p->nedge + edges > p->capedge) {
         int n = p->capedge = p->nedge + edges;
@@ -65,6 +68,7 @@ void pass_free(Pass *p)
     mem_free(p->green);
     mem_free(p->state);
     mem_free(p->asks);
+    mem_free(p->open);
     mem_free(p->tri_normal);
     mem_free(p->half);
     mem_free(p->was);

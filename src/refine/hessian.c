@@ -113,6 +113,7 @@ static void turn_block(void *ctx, int begin, int end)
             int e = p->edge_of[3 * t + k];
             p->turn[e][p->half[e][1] == 3 * t + k] = rows_most(&r, k);
         }
+        p->state[t] = 0;
     }
 }
 

@@ -9,28 +9,6 @@ static void vertex_normals(void *ctx, int begin, int end)
     field_normals(p->field, end - begin, p->m->pos + begin, p->m->normal + begin);
 }
 
-static void batch_normals(Pass *p, int n, const int *tri)
-{
-    Vec3 at[BATCH], normal[BATCH];
-    for (int i = 0; i < n; i++) at[i] = refined_centroid(p->m, p->tri + 3 * tri[i]);
-    if (n > 0) field_normals(p->field, n, at, normal);
-    for (int i = 0; i < n; i++) p->tri_normal[tri[i]] = normal[i];
-}
-
-static void centroid_normals(void *ctx, int begin, int end)
-{
-    Pass *p = ctx;
-    int n = 0, tri[BATCH];
-    for (int t = begin; t < end; t++) {
-        if (!(p->state[t] & TRI_NEW)) continue;
-        tri[n++] = t;
-        if (n < BATCH) continue;
-        batch_normals(p, n, tri);
-        n = 0;
-    }
-    batch_normals(p, n, tri);
-}
-
 /* The midpoints' distance from the surface against a limit in world units an edge. */
 static void measure_batch(Pass *p, int n, const int *edge, const double *limit)
 {
@@ -49,6 +27,8 @@ static bool is_bent(const Pass *p, int e, int a, int b, bool kept)
     if (p->turn) return real_max(p->turn[e][0], p->turn[e][1]) > (kept ? p->turn_kept : p->turn_limit);
     return v_dot(m->normal[a], m->normal[b]) < (kept ? p->cos_kept : p->cos_limit);
 }
+
+static bool is_stirred(const EdgeNote *note) { return note->stirred[0] | note->stirred[1]; }
 
 /* Was edge e marked by last frame's pass of this number, or before? A mark comes back no earlier than it came: passes would differ. */
 static bool is_kept(const Pass *p, int e) { return p->note[e].kept <= p->number; }
@@ -78,16 +58,6 @@ static void find_last_mark(Pass *p, int e)
     p->note[e].kept = was != NONE ? (uint8_t)int_min(p->memory->mark[was].pass, KEPT_NEVER) : KEPT_NEVER;
 }
 
-/* The angle between the centroids' normals asks for the others; between the two limits it holds what was marked before. */
-enum { ASKS_NONE, ASKS_KEPT, ASKS_ALL };
-
-static void compare_sides(Pass *p, int e)
-{
-    int h = p->half[e][0], o = p->half[e][1];
-    double bend = p->tri_normal ? v_dot(p->tri_normal[h / 3], p->tri_normal[o / 3]) : 1;
-    p->asks[h] = p->asks[o] = (uint8_t)(bend >= p->cos_kept ? ASKS_NONE : bend < p->cos_limit ? ASKS_ALL : ASKS_KEPT);
-}
-
 static void measure_edges(Pass *p, int nedge, const int *edge)
 {
     int n = 0, batch[BATCH];
@@ -107,28 +77,88 @@ static void measure_edges(Pass *p, int nedge, const int *edge)
 static void look_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
-    int nfresh = 0, nstirred = 0, nagain = 0, fresh[GRAIN], stirred[GRAIN], again[GRAIN];
+    int nfresh = 0, nagain = 0, fresh[GRAIN], again[GRAIN];
     for (int e = begin; e < end; e++) {
-        EdgeNote *note = &p->note[e];
-        int is_stirred = note->stirred[0] | note->stirred[1], is_fresh = note->flags & EDGE_FRESH;
-        stirred[nstirred] = fresh[nfresh] = e;
-        nstirred += is_stirred;
-        nfresh += is_fresh;
-        note->stirred[0] = note->stirred[1] = 0;
+        fresh[nfresh] = e;
+        nfresh += p->note[e].flags & EDGE_FRESH;
     }
     for (int i = 0; i < nfresh; i++) find_last_mark(p, fresh[i]);
-    for (int i = 0; i < nstirred; i++) compare_sides(p, stirred[i]);
     for (int e = begin; e < end; e++) {
         EdgeNote *note = &p->note[e];
         again[nagain] = e;
-        nagain += (note->flags & EDGE_FRESH) | (note->kept == p->number);
+        nagain += (note->flags & EDGE_FRESH) | (note->kept == p->number) | (p->turn && is_stirred(note));
         note->flags &= (uint8_t)~EDGE_FRESH;
     }
     measure_edges(p, nagain, again);
-    if (p->turn) measure_edges(p, nstirred, stirred);
 }
 
-/* GI'07 figure 7b: where two neighbours' normals differ, the other edges of both are to be cut. */
+/* GI'07 figure 7b: where the normals at the centroids of two neighbours differ, the other edges of both are to be cut. Only where there
+ * are others that may be and are not yet: open ones. These never grow more but in new triangles. */
+static bool is_open(const EdgeNote *note) { return (note->flags & (EDGE_LONG | EDGE_SELF)) == EDGE_LONG; }
+
+/* Does anything hang on how much the surface bends over edge e? */
+static bool is_bend_wanted(const Pass *p, int e)
+{
+    int own = is_open(&p->note[e]);
+    return p->open[edge_side(p, e, 0)] > own || p->open[edge_side(p, e, 1)] > own;
+}
+
+static void open_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    for (int t = begin; t < end; t++) {
+        if (!(p->state[t] & TRI_NEW)) continue;
+        p->open[t] = 0;
+        for (int k = 0; k < 3; k++) p->open[t] += is_open(&p->note[p->edge_of[3 * t + k]]);
+    }
+}
+
+static bool is_normal_wanted(const Pass *p, int t)
+{
+    for (int k = 0; k < 3; k++) {
+        int e = p->edge_of[3 * t + k];
+        if (is_stirred(&p->note[e]) && is_bend_wanted(p, e)) return true;
+    }
+    return false;
+}
+
+static void batch_normals(Pass *p, int n, const int *tri)
+{
+    Vec3 at[BATCH], normal[BATCH];
+    for (int i = 0; i < n; i++) at[i] = refined_centroid(p->m, p->tri + 3 * tri[i]);
+    if (n > 0) field_normals(p->field, n, at, normal);
+    for (int i = 0; i < n; i++) p->tri_normal[tri[i]] = normal[i];
+}
+
+static void centroid_normals(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    int n = 0, tri[BATCH];
+    for (int t = begin; t < end; t++) {
+        if ((p->state[t] & TRI_NORMAL) || !is_normal_wanted(p, t)) continue;
+        p->state[t] |= TRI_NORMAL;
+        tri[n++] = t;
+        if (n < BATCH) continue;
+        batch_normals(p, n, tri);
+        n = 0;
+    }
+    batch_normals(p, n, tri);
+}
+
+/* The angle between the two normals asks for the others; between the two limits it holds what was marked before. */
+enum { ASKS_NONE, ASKS_KEPT, ASKS_ALL };
+
+static void compare_block(void *ctx, int begin, int end)
+{
+    Pass *p = ctx;
+    for (int e = begin; e < end; e++) {
+        EdgeNote *note = &p->note[e];
+        if (!is_stirred(note)) continue;
+        double bend = is_bend_wanted(p, e) ? v_dot(p->tri_normal[edge_side(p, e, 0)], p->tri_normal[edge_side(p, e, 1)]) : 1;
+        p->asks[p->half[e][0]] = p->asks[p->half[e][1]] = bend >= p->cos_kept ? ASKS_NONE : bend < p->cos_limit ? ASKS_ALL : ASKS_KEPT;
+    }
+}
+
 static void ask_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
@@ -138,7 +168,7 @@ static void ask_block(void *ctx, int begin, int end)
         bool any = asks[0] | asks[1] | asks[2];
         if (any || (p->state[t] & TRI_ASKS))
             for (int k = 0; k < 3; k++) p->note[e[k]].asked[v[k] > v[(k + 1) % 3]] = (uint8_t)int_max(asks[(k + 1) % 3], asks[(k + 2) % 3]);
-        p->state[t] = any ? TRI_ASKS : 0;
+        p->state[t] = (uint8_t)((p->state[t] & TRI_NORMAL) | (any ? TRI_ASKS : 0));
     }
 }
 
@@ -146,9 +176,10 @@ static void mark_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
     for (int e = begin; e < end; e++) {
-        const EdgeNote *note = &p->note[e];
+        EdgeNote *note = &p->note[e];
         bool asked = int_max(note->asked[0], note->asked[1]) >= (is_kept(p, e) ? ASKS_KEPT : ASKS_ALL);
-        p->marked[e] = (note->flags & EDGE_SELF) || ((note->flags & EDGE_LONG) && asked);
+        p->marked[e] = (note->flags & EDGE_SELF) || (is_open(note) && asked);
+        note->stirred[0] = note->stirred[1] = 0;
     }
 }
 
@@ -164,10 +195,15 @@ void pass_list_marked(Pass *p)
 
 int pass_mark(Pass *p)
 {
-    if (p->set->by == REFINE_BY_HESSIAN) pass_find_turns(p);
-    else parallel_for(p->ntri, GRAIN, centroid_normals, p);
+    const bool by_normals = p->set->by == REFINE_BY_NORMALS;
+    if (!by_normals) pass_find_turns(p);
     parallel_for(p->nedge, GRAIN, look_block, p);
-    parallel_for(p->ntri, GRAIN, ask_block, p);
+    if (by_normals) {
+        parallel_for(p->ntri, GRAIN, open_block, p);
+        parallel_for(p->ntri, GRAIN, centroid_normals, p);
+        parallel_for(p->nedge, GRAIN, compare_block, p);
+        parallel_for(p->ntri, GRAIN, ask_block, p);
+    }
     parallel_for(p->nedge, GRAIN, mark_block, p);
     pass_list_marked(p);
     return p->nlist;

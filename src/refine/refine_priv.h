@@ -47,7 +47,8 @@ typedef struct Pass {
     uint8_t *green;         /* [ntri] 1, 2: the halves of a green triangle; else 0 */
     uint8_t *state;         /* [ntri] TRI_... */
     uint8_t *asks;          /* [3*ntri] ASKS_...: the normals on both sides of this edge differ */
-    Vec3 *tri_normal;       /* [ntri]; NULL by the Hessian */
+    uint8_t *open;          /* [ntri] how many of its edges may be cut for their neighbours' normals, or more; NULL by the Hessian, */
+    Vec3 *tri_normal;       /* [ntri] so too; at the centroid, where TRI_NORMAL */
 
     int nedge, capedge;
     int32_t (*half)[2];     /* [nedge] its half-edges, the one that leaves its lower vertex first */
@@ -69,7 +70,7 @@ typedef struct Pass {
 
 enum { PASSES_MAX = 8, WAY_BITS = 3 };
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
-enum { TRI_NEW = 1, TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8, TRI_ASKS = 16 };
+enum { TRI_NEW = 1, TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8, TRI_ASKS = 16, TRI_NORMAL = 32, TRI_LASTING = TRI_ASKS | TRI_NORMAL };
 
 /* The vertex at the lower (0) or the higher (1) end of an edge. */
 static inline int edge_end(const Pass *p, int e, int end) { return p->tri[p->half[e][end]]; }

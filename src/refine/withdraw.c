@@ -122,7 +122,7 @@ static void judge_block(void *ctx, int begin, int end)
         Whole w = whole_of(p, t);
         int marks = whole_marks(p, &w);
         p->marks[i] = (uint8_t)marks;
-        p->state[t] = (p->state[t] & TRI_ASKS) | (marks ? judge(p, &w, marks) : 0);
+        p->state[t] = (p->state[t] & TRI_LASTING) | (marks ? judge(p, &w, marks) : 0);
     }
 }
 
