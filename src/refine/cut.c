@@ -106,15 +106,17 @@ static int inner_edge(Pass *p, Pattern *q, int a, int b)
 /* The number of the edge from point a to point b. */
 static int piece_edge(const Cut *c, Pattern *q, int a, int b)
 {
+    /* the side that both points are on, by its midpoint, or 0; of green triangles 0-3 and 3-1 are sides of their own */
+    static const uint8_t SIDE[2][WHOLE_POINTS][WHOLE_POINTS] = {
+        {{0, 3, 5, 3, 0, 5}, {3, 0, 4, 3, 4}, {5, 4, 0, 0, 4, 5}, {3, 3}, {0, 4, 4}, {5, 0, 5}},
+        {{0, 0, 5, 6, 0, 5, 6}, {0, 0, 4, 7, 4, 0, 0, 7}, {5, 4, 0, 0, 4, 5}, {6, 7, 0, 0, 0, 0, 6, 7}, {0, 4, 4}, {5, 0, 5}, {6, 0, 0, 6}, {0, 7, 0, 7}},
+    };
     static const uint8_t END[WHOLE_POINTS][2] = {{0}, {0}, {0}, {0, 1}, {1, 2}, {2, 0}, {0, 3}, {3, 1}};
-    for (int i = 3; i < WHOLE_POINTS; i++) {
-        int e = q->whole.edge[i], from = END[i][0], to = END[i][1];
-        if (e == NONE || (a != i && a != from && a != to) || (b != i && b != from && b != to)) continue;
-        if (!(q->marks >> (i - 3) & 1)) return e;
-        int end = q->vert[a == i ? b : a];
-        return end == int_min(q->vert[from], q->vert[to]) ? e : c->first_half + q->vert[i] - c->first_vert;
-    }
-    return inner_edge(c->p, q, a, b);
+    int i = SIDE[q->whole.ntri == 2][a][b];
+    if (i == 0) return inner_edge(c->p, q, a, b);
+    if (!(q->marks >> (i - 3) & 1)) return q->whole.edge[i];
+    int end = q->vert[a == i ? b : a];
+    return end == int_min(q->vert[END[i][0]], q->vert[END[i][1]]) ? q->whole.edge[i] : c->first_half + q->vert[i] - c->first_vert;
 }
 
 static void put_piece(const Cut *c, Pattern *q, int t, const uint8_t corner[3])
@@ -134,19 +136,23 @@ static void cut_whole(const Cut *c, int i)
 {
     Pass *p = c->p;
     int first = p->whole[i];
-    Pattern q = {.whole = whole_of(p, first), .marks = p->marks[i], .next_inner = c->first_inner + c->at[i]};
+    Pattern q;
+    q.whole = whole_of(p, first);
+    q.marks = p->marks[i];
+    q.ninner = 0;
+    q.next_inner = c->first_inner + c->at[i];
     const Whole *w = &q.whole;
-    Pieces pieces = whole_pieces(p, w, q.marks, (p->state[first] & TRI_OTHER_DIAGONAL) != 0);
+    const Pieces *pieces = whole_pieces(p, w, q.marks, (p->state[first] & TRI_OTHER_DIAGONAL) != 0);
     int32_t then = p->after[w->tri[w->ntri - 1]];
     uint32_t way = p->way[first];
     q.spare = w->ntri == 2 ? p->edge_of[3 * first + 1] : NONE;
     for (int k = 0; k < WHOLE_POINTS; k++) q.vert[k] = k >= 3 && q.marks >> (k - 3) & 1 ? p->mid[w->edge[k]] : w->vert[k];
-    for (int k = pieces.n - 1; k >= 0; k--) {
+    for (int k = pieces->n - 1; k >= 0; k--) {
         int t = k < w->ntri ? w->tri[k] : c->first_tri + c->at[i] + k - w->ntri;
-        put_piece(c, &q, t, pieces.corner[k]);
+        put_piece(c, &q, t, pieces->corner[k]);
         p->parent[t] = p->parent[first];
         p->way[t] = way | (uint32_t)k << WAY_BITS * (PASSES_MAX - 1 - p->number);
-        p->green[t] = pieces.green[k];
+        p->green[t] = pieces->green[k];
         p->state[t] = TRI_NEW;
         p->after[t] = then;
         then = t;

@@ -163,7 +163,7 @@ int whole_first(const Pass *p, int t);
 /* The marked ones of its edges, as bits: 1 << point - 3. */
 int whole_marks(const Pass *p, const Whole *w);
 /* What takes its place; two marks leave a choice of diagonal. */
-Pieces whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal);
+const Pieces *whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal);
 /* Red-green: may it be cut by these marks? */
 bool whole_is_closed(const Whole *w, int marks);
 

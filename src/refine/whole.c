@@ -52,28 +52,25 @@ static const Pieces PLAIN[8][2] = {
      {4, {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}}, {0}}},
 };
 
-/* A green triangle: its halves as they are, or four, of which two may be green again. */
-static Pieces pieces_of_green(int marks)
-{
-    if (!(marks & MARK_12)) return (Pieces){2, {{0, 3, 2}, {3, 1, 2}}, {1, 2}};
-    Pieces q = {2, {{5, 4, 2}, {3, 4, 5}}, {0}};
-    static const uint8_t WHOLE[2][3] = {{0, 3, 5}, {3, 1, 4}}, HALF[2][2][3] = {{{0, 6, 5}, {6, 3, 5}}, {{3, 7, 4}, {7, 1, 4}}};
-    for (int k = 0; k < 2; k++) {
-        bool halved = marks & (k ? MARK_31 : MARK_03);
-        for (int i = 0; i < (halved ? 2 : 1); i++) {
-            for (int c = 0; c < 3; c++) q.corner[q.n][c] = halved ? HALF[k][i][c] : WHOLE[k][c];
-            q.green[q.n++] = halved ? (uint8_t)(1 + i) : 0;
-        }
-    }
-    return q;
-}
+/* Red-green: a triangle with one mark is green then. */
+static const Pieces HALVED[3] = {
+    {2, {{0, 3, 2}, {3, 1, 2}}, {1, 2}}, {2, {{1, 4, 0}, {4, 2, 0}}, {1, 2}}, {2, {{2, 5, 1}, {5, 0, 1}}, {1, 2}},
+};
 
-Pieces whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal)
+/* A green triangle: its halves as they are, or, by the marks of its own, four, of which two may be green again. */
+static const Pieces GREEN = {2, {{0, 3, 2}, {3, 1, 2}}, {1, 2}};
+static const Pieces QUARTERED[4] = {
+    {4, {{5, 4, 2}, {3, 4, 5}, {0, 3, 5}, {3, 1, 4}}, {0}},
+    {5, {{5, 4, 2}, {3, 4, 5}, {0, 6, 5}, {6, 3, 5}, {3, 1, 4}}, {0, 0, 1, 2, 0}},
+    {5, {{5, 4, 2}, {3, 4, 5}, {0, 3, 5}, {3, 7, 4}, {7, 1, 4}}, {0, 0, 0, 1, 2}},
+    {6, {{5, 4, 2}, {3, 4, 5}, {0, 6, 5}, {6, 3, 5}, {3, 7, 4}, {7, 1, 4}}, {0, 0, 1, 2, 1, 2}},
+};
+
+const Pieces *whole_pieces(const Pass *p, const Whole *w, int marks, bool other_diagonal)
 {
-    if (w->ntri == 2) return pieces_of_green(marks);
-    Pieces q = PLAIN[marks][other_diagonal];
-    if (p->set->scheme == REFINE_SCHEME_RED_GREEN && q.n == 2) q.green[0] = 1, q.green[1] = 2;
-    return q;
+    if (w->ntri == 2) return marks & MARK_12 ? &QUARTERED[marks >> 3] : &GREEN;
+    bool one = marks == MARK_01 || marks == MARK_12 || marks == MARK_20;
+    return one && p->set->scheme == REFINE_SCHEME_RED_GREEN ? &HALVED[marks >> 1] : &PLAIN[marks][other_diagonal];
 }
 
 bool whole_is_closed(const Whole *w, int marks)

@@ -31,21 +31,19 @@ typedef struct Points {
     Vec3 pos[WHOLE_POINTS], normal[WHOLE_POINTS];
 } Points;
 
-static Points points_of(const Pass *p, const Whole *w)
+static void find_points(const Pass *p, const Whole *w, Points *at)
 {
-    Points at;
     for (int i = 0; i < WHOLE_POINTS; i++) {
         int v = w->vert[i], e = w->edge[i];
         if (v != NONE) {
-            at.pos[i] = p->m->pos[v];
-            at.normal[i] = p->m->normal[v];
+            at->pos[i] = p->m->pos[v];
+            at->normal[i] = p->m->normal[v];
         } else if (e != NONE && p->marked[e]) {
             const Midpoint *mid = &p->midpoint[p->mid[e]];
-            at.pos[i] = mid->pos;
-            at.normal[i] = mid->normal;
+            at->pos[i] = mid->pos;
+            at->normal[i] = mid->normal;
         }
     }
-    return at;
 }
 
 static void take_corners(const Points *at, const uint8_t c[3], Vec3 pos[3], Vec3 normal[3])
@@ -97,20 +95,21 @@ static bool prefers_other_diagonal(int marks, const Vec3 normal[6])
 /* TRI_... of a whole under the marks of its edges. */
 static uint8_t judge(const Pass *p, const Whole *w, int marks)
 {
-    Points at = points_of(p, w);
+    Points at;
+    find_points(p, w, &at);
     bool two = w->ntri == 1 && (marks == 3 || marks == 5 || marks == 6), other = two && prefers_other_diagonal(marks, at.normal);
     const uint8_t chosen = other ? TRI_OTHER_DIAGONAL : 0;
-    Pieces uncut = whole_pieces(p, w, 0, false), cut = whole_pieces(p, w, marks, other);
-    double limit = aspect_limit(p, &uncut, &at);
-    int faults = faults_of_pieces(&cut, &at, limit);
-    bool inverted = !faults && is_any_inverted(p->field, &cut, &at);
+    const Pieces *uncut = whole_pieces(p, w, 0, false), *cut = whole_pieces(p, w, marks, other);
+    double limit = aspect_limit(p, uncut, &at);
+    int faults = faults_of_pieces(cut, &at, limit);
+    bool inverted = !faults && is_any_inverted(p->field, cut, &at);
     if (!faults && !inverted) return chosen;
-    int allowed = faults_of_pieces(&uncut, &at, limit);
+    int allowed = faults_of_pieces(uncut, &at, limit);
     if (two) {
-        Pieces swapped = whole_pieces(p, w, marks, !other);
-        if (!(faults_of_pieces(&swapped, &at, limit) & ~allowed) && !is_any_inverted(p->field, &swapped, &at)) return TRI_OTHER_DIAGONAL - chosen;
+        const Pieces *swapped = whole_pieces(p, w, marks, !other);
+        if (!(faults_of_pieces(swapped, &at, limit) & ~allowed) && !is_any_inverted(p->field, swapped, &at)) return TRI_OTHER_DIAGONAL - chosen;
     }
-    return inverted || (faults & ~allowed) || is_any_inverted(p->field, &cut, &at) ? chosen | TRI_BAD : chosen;
+    return inverted || (faults & ~allowed) || is_any_inverted(p->field, cut, &at) ? chosen | TRI_BAD : chosen;
 }
 
 static void judge_block(void *ctx, int begin, int end)
