@@ -95,6 +95,8 @@ typedef enum Landing {
  * known they go on to its zero, if the trilinear surface crosses the cell that lies in. Returns how many are lost;
  * status may be NULL. */
 int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status);
+/* The same on this thread alone, each point with a reach of its own, and status[n] not NULL. */
+void field_project_each(const Field *f, int n, Vec3 *p, const double *reach, uint8_t *status);
 /* The same on the blend (1 - t) a + t b, to a hundredth of a voxel; where only one of them is known there, that one. */
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status);
 

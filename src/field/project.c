@@ -46,65 +46,136 @@ static Vec3 blend_gradient(const Blend *f, const Place *at)
     return at->in_a ? v_mix(spot_steer(f->a, &at->a), gb, f->t) : gb;
 }
 
-/* The zero between p (value Fp) and q (value Fq, of the other sign or 0), by the Illinois rule: false position, where an end that
- * stays for a second time counts half, so that both ends come near. */
-static Vec3 root_between(const Blend *f, Vec3 p, double Fp, Vec3 q, double Fq)
-{
-    double wp = Fp, wq = Fq;
-    int stayed = 0; /* 1: p; -1: q */
-    for (int k = 0; k < ROOT_MAX && Fp != 0 && Fq != 0; k++) {
-        double width = v_dist(p, q), slope = fabs(Fq - Fp) / width;
-        if (!(width > f->near)) break;
-        Vec3 m = v_mix(p, q, wp / (wp - wq));
-        Place at;
-        double Fm = blend_value(f, m, &at);
-        if (fabs(Fm) <= f->near * slope) return m;
-        if ((Fm > 0) == (Fp > 0)) {
-            p = m, wp = Fp = Fm;
-            if (stayed == -1) wq *= 0.5;
-            stayed = -1;
-        } else {
-            q = m, wq = Fq = Fm;
-            if (stayed == 1) wp *= 0.5;
-            stayed = 1;
-        }
-    }
-    return fabs(Fp) < fabs(Fq) ? p : q;
-}
-
 /* A gradient and where it was taken. */
 typedef struct Slope {
     Vec3 at, g;
 } Slope;
 
-/* last: the last gradient followed. */
-static Landing project_one(const Blend *f, Vec3 *p, double reach, Slope *last)
+/* A point on its way from q to `next`, with F there; then, once F changes sign between the two, its zero there. */
+typedef struct Walker {
+    int which;
+    Place at;              /* of the last value */
+    Vec3 q, next;
+    double F, Fnext;
+    double wF, wnext;      /* the values that the false position goes by */
+    int stayed;            /* 1: q; -1: next */
+} Walker;
+
+/* Several points are taken along together, step by step: what one waits for, another does not. */
+enum { TOGETHER = 32 };
+
+static Vec3 nearer_end(const Walker *w) { return fabs(w->F) < fabs(w->Fnext) ? w->q : w->next; }
+
+/* Takes the end that lies on m's side there. */
+static void close_in(Walker *w, Vec3 m, double Fm)
 {
-    const double voxel = f->a->voxel;
-    Vec3 q = *p;
-    Place at;
-    last->at = vec3(INFINITY, INFINITY, INFINITY);
-    double F = blend_value(f, q, &at);
-    for (int k = 0; k < NEWTON_MAX && is_known(&at); k++) {
-        if (F == 0) return *p = q, LANDED;
-        Vec3 g = blend_gradient(f, &at);
-        double g2 = v_len2(g);
-        *last = (Slope){q, g};
-        if (!(g2 > 0)) return LANDING_LOST;
-        double len = fabs(F) / sqrt(g2) * OVERSHOOT + f->near;
-        Vec3 next = v_axpy(q, (F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * voxel) / sqrt(g2), g);
-        double Fn = blend_value(f, next, &at);
-        if (!is_known(&at)) return LANDING_LOST;
-        if ((Fn > 0) != (F > 0)) {
-            next = root_between(f, q, F, next, Fn);
-            if (v_len2(v_sub(next, *p)) > reach * reach) return LANDING_LOST;
-            return *p = next, LANDED;
-        }
-        q = next;
-        F = Fn;
-        if (v_len2(v_sub(q, *p)) > reach * reach) return LANDING_LOST;
+    if ((Fm > 0) == (w->F > 0)) {
+        w->q = m, w->wF = w->F = Fm;
+        if (w->stayed == -1) w->wnext *= 0.5;
+        w->stayed = -1;
+    } else {
+        w->next = m, w->wnext = w->Fnext = Fm;
+        if (w->stayed == 1) w->wF *= 0.5;
+        w->stayed = 1;
     }
-    return LANDING_LOST;
+}
+
+/* The zeros between q (value F) and next (value Fnext, of the other sign or 0) of n walkers, TOGETHER at most, into root[which], by the
+ * Illinois rule: false position, where an end that stays for a second time counts half, so that both ends come near. */
+static void find_roots(const Blend *f, int n, Walker *w, Vec3 *root)
+{
+    Vec3 m[TOGETHER];
+    double slope[TOGETHER], Fm[TOGETHER];
+    for (int i = 0; i < n; i++) w[i].wF = w[i].F, w[i].wnext = w[i].Fnext, w[i].stayed = 0;
+    for (int k = 0; n > 0; k++) {
+        int left = 0;
+        for (int i = 0; i < n; i++) {
+            double width = v_dist(w[i].q, w[i].next);
+            if (k == ROOT_MAX || w[i].F == 0 || w[i].Fnext == 0 || !(width > f->near)) {
+                root[w[i].which] = nearer_end(&w[i]);
+                continue;
+            }
+            if (left < i) w[left] = w[i];
+            slope[left] = fabs(w[left].Fnext - w[left].F) / width;
+            m[left] = v_mix(w[left].q, w[left].next, w[left].wF / (w[left].wF - w[left].wnext));
+            left++;
+        }
+        n = left;
+        for (int i = 0; i < n; i++) Fm[i] = blend_value(f, m[i], &w[i].at);
+        left = 0;
+        for (int i = 0; i < n; i++) {
+            if (fabs(Fm[i]) <= f->near * slope[i]) {
+                root[w[i].which] = m[i];
+                continue;
+            }
+            if (left < i) w[left] = w[i];
+            close_in(&w[left++], m[i], Fm[i]);
+        }
+        n = left;
+    }
+}
+
+/* Where a Newton step takes n walkers. Those that have one come first, in order: returns how many. What stands on the surface is put
+ * behind the *nroot at roots. */
+static int aim(const Blend *f, int n, Walker *w, int *nroot, Walker *root, Slope *last)
+{
+    int left = 0;
+    for (int i = 0; i < n; i++) {
+        if (!is_known(&w[i].at)) continue;
+        w[i].next = w[i].q, w[i].Fnext = w[i].F;
+        if (w[i].F == 0) {
+            root[(*nroot)++] = w[i];
+            continue;
+        }
+        Vec3 g = blend_gradient(f, &w[i].at);
+        double g2 = v_len2(g);
+        if (last) last[w[i].which] = (Slope){w[i].q, g};
+        if (!(g2 > 0)) continue;
+        double len = fabs(w[i].F) / sqrt(g2) * OVERSHOOT + f->near;
+        if (left < i) w[left] = w[i];
+        w[left].next = v_axpy(w[left].q, (w[left].F > 0 ? -1 : 1) * real_min(len, STEP_MAX_VOX * f->a->voxel) / sqrt(g2), g);
+        left++;
+    }
+    return left;
+}
+
+/* TOGETHER points at most, each at most reach[] far; last[] (may be NULL): the last gradients followed. */
+static void project_together(const Blend *f, int n, Vec3 *p, const double *reach, uint8_t *status, Slope *last)
+{
+    Walker w[TOGETHER], at_root[TOGETHER];
+    Vec3 root[TOGETHER];
+    int going = n, nroot = 0;
+    for (int i = 0; i < n; i++) {
+        w[i].which = i;
+        w[i].q = p[i];
+        w[i].F = blend_value(f, p[i], &w[i].at);
+        status[i] = LANDING_LOST;
+        if (last) last[i].at = vec3(INFINITY, INFINITY, INFINITY);
+    }
+    for (int k = 0; k < NEWTON_MAX && going > 0; k++) {
+        int left = 0, aimed = aim(f, going, w, &nroot, at_root, last);
+        for (int i = 0; i < aimed; i++) w[i].Fnext = blend_value(f, w[i].next, &w[i].at);
+        for (int i = 0; i < aimed; i++) {
+            if (!is_known(&w[i].at)) continue;
+            if ((w[i].Fnext > 0) != (w[i].F > 0)) {
+                at_root[nroot++] = w[i];
+                continue;
+            }
+            double r = reach[w[i].which];
+            if (v_len2(v_sub(w[i].next, p[w[i].which])) > r * r) continue;
+            if (left < i) w[left] = w[i];
+            w[left].q = w[left].next;
+            w[left++].F = w[i].Fnext;
+        }
+        going = left;
+    }
+    for (int i = 0; i < nroot; i++) status[at_root[i].which] = LANDED;
+    find_roots(f, nroot, at_root, root);
+    for (int i = 0; i < n; i++) {
+        if (status[i] != LANDED) continue;
+        if (v_len2(v_sub(root[i], p[i])) > reach[i] * reach[i]) status[i] = LANDING_LOST;
+        else p[i] = root[i];
+    }
 }
 
 bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
@@ -119,7 +190,10 @@ bool field_cast(const Field *f, Vec3 *p, Vec3 dir, double reach)
         double Fn = blend_value(&one, next, &at);
         if (at.in_a && (Fn > 0) != (F > 0)) {
             const uint8_t landed = LANDED;
-            Vec3 from = *p = root_between(&one, q, F, next, Fn);
+            Walker w[TOGETHER];
+            w[0] = (Walker){.q = q, .F = F, .next = next, .Fnext = Fn};
+            find_roots(&one, 1, w, p);
+            Vec3 from = *p;
             if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
             return true;
         }
@@ -133,7 +207,8 @@ bool field_drop(const Field *f, Vec3 *p, double reach)
 {
     const Blend one = {.a = f, .cell = true, .near = ROOT_VOX * f->voxel};
     Vec3 from = *p;
-    uint8_t status = (uint8_t)project_one(&one, p, reach, &(Slope){0});
+    uint8_t status;
+    project_together(&one, 1, p, &reach, &status, NULL);
     if (f->exact.sample) exact_land(f, 1, &from, p, &status);
     return status == LANDED;
 }
@@ -141,14 +216,24 @@ bool field_drop(const Field *f, Vec3 *p, double reach)
 bool field_land(const Field *f, Vec3 *p, double reach, Vec3 *normal)
 {
     const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
-    const uint8_t landed = LANDED;
     Vec3 from = *p;
     Slope last;
-    if (project_one(&one, p, reach, &last) != LANDED) return false;
-    if (f->exact.sample) exact_land(f, 1, &from, p, &landed);
+    uint8_t status;
+    project_together(&one, 1, p, &reach, &status, &last);
+    if (status != LANDED) return false;
+    if (f->exact.sample) exact_land(f, 1, &from, p, &status);
     if (f->exact.sample || v_dist(*p, last.at) > NORMAL_VOX * f->voxel) field_normals(f, 1, p, normal);
     else *normal = v_scale(last.g, -1 / v_len(last.g));
     return true;
+}
+
+static void project_some(const Blend *f, int n, Vec3 *p, const double *reach, uint8_t *status)
+{
+    const bool exact = f->a->exact.sample && !f->b;
+    Vec3 from[TOGETHER];
+    for (int i = 0; i < n && exact; i++) from[i] = p[i];
+    project_together(f, n, p, reach, status, NULL);
+    if (exact) exact_land(f->a, n, from, p, status);
 }
 
 typedef struct Job {
@@ -162,18 +247,18 @@ typedef struct Job {
 static void project_block(void *ctx, int begin, int end)
 {
     Job *job = ctx;
-    const bool exact = job->blend.a->exact.sample && !job->blend.b;
-    Vec3 from[GRAIN];
-    uint8_t status[GRAIN];
+    double reach[TOGETHER];
+    uint8_t status[TOGETHER];
     int lost = 0;
-    for (int i = begin; i < end; i++) {
-        from[i - begin] = job->p[i];
-        Landing l = project_one(&job->blend, &job->p[i], job->reach, &(Slope){0});
-        lost += l != LANDED;
-        status[i - begin] = (uint8_t)l;
-        if (job->status) job->status[i] = (uint8_t)l;
+    for (int i = 0; i < TOGETHER; i++) reach[i] = job->reach;
+    for (int first = begin; first < end; first += TOGETHER) {
+        int n = int_min(TOGETHER, end - first);
+        project_some(&job->blend, n, job->p + first, reach, status);
+        for (int i = 0; i < n; i++) {
+            lost += status[i] != LANDED;
+            if (job->status) job->status[first + i] = status[i];
+        }
     }
-    if (exact) exact_land(job->blend.a, end - begin, from, job->p + begin, status);
     job->lost[begin / GRAIN] = lost;
 }
 
@@ -196,4 +281,10 @@ int field_project(const Field *f, int n, Vec3 *p, double reach, uint8_t *status)
 int field_project_blend(const Field *a, const Field *b, double t, int n, Vec3 *p, double reach, uint8_t *status)
 {
     return project_all((Blend){.a = a, .b = b, .t = t, .near = BLEND_ROOT_VOX * a->voxel}, n, p, reach, status);
+}
+
+void field_project_each(const Field *f, int n, Vec3 *p, const double *reach, uint8_t *status)
+{
+    const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
+    for (int i = 0; i < n; i += TOGETHER) project_some(&one, int_min(TOGETHER, n - i), p + i, reach + i, status + i);
 }

@@ -15,41 +15,65 @@ static bool is_home(const Pass *p, int v, Vec3 q)
     return home == NONE || p->homes->is_home(p->homes->ctx, home, q);
 }
 
-/* Is q a fit place for the midpoint of edge e? */
-static bool accept_landing(Pass *p, int e, Vec3 q)
+/* Takes q, where the normal is n, for the midpoint of edge e, if it is fit for that. */
+static bool accept_landing(Pass *p, int e, Vec3 q, Vec3 n)
 {
     const RefinedMesh *m = p->m;
     int a = edge_end(p, e, 0), b = edge_end(p, e, 1);
     double apart = ENDS_APART * v_dist(m->pos[a], m->pos[b]);
-    Vec3 n;
-    q = v_round32(q);
     if (real_min(v_dist(q, m->pos[a]), v_dist(q, m->pos[b])) < apart) return false;
-    field_normals(p->field, 1, &q, &n);
     if (v_dot(n, v_add(m->normal[a], m->normal[b])) <= 0 || !is_home(p, a, q)) return false; /* another sheet */
     p->midpoint[p->mid[e]] = (Midpoint){q, n};
     return true;
 }
 
-/* Newton's landing; where that goes astray, straight along the ends' mean normal. */
-static bool land_midpoint(Pass *p, int e)
+static Vec3 middle(const Pass *p, int e) { return v_mid(p->m->pos[edge_end(p, e, 0)], p->m->pos[edge_end(p, e, 1)]); }
+
+static double reach_of(const Pass *p, int e) { return LAND_REACH * v_dist(p->m->pos[edge_end(p, e, 0)], p->m->pos[edge_end(p, e, 1)]); }
+
+/* Straight along the ends' mean normal. */
+static bool cast_midpoint(Pass *p, int e)
 {
-    const RefinedMesh *m = p->m;
-    int a = edge_end(p, e, 0), b = edge_end(p, e, 1);
-    Vec3 mid = v_mid(m->pos[a], m->pos[b]), q = mid, n = v_unit(v_add(m->normal[a], m->normal[b]));
-    double reach = LAND_REACH * v_dist(m->pos[a], m->pos[b]);
-    if (field_project(p->field, 1, &q, reach, NULL) == 0 && accept_landing(p, e, q)) return true;
-    q = mid;
-    bool inside = field_value(p->field, mid, NULL, NULL) > 0;
-    return field_cast(p->field, &q, inside ? n : v_scale(n, -1), reach) && accept_landing(p, e, q);
+    Vec3 q = middle(p, e), out = v_unit(v_add(p->m->normal[edge_end(p, e, 0)], p->m->normal[edge_end(p, e, 1)])), n;
+    bool inside = field_value(p->field, q, NULL, NULL) > 0;
+    if (!field_cast(p->field, &q, inside ? out : v_scale(out, -1), reach_of(p, e))) return false;
+    q = v_round32(q);
+    field_normals(p->field, 1, &q, &n);
+    return accept_landing(p, e, q, n);
+}
+
+/* Newton's landing, or, where that goes astray, the other. */
+static void land_batch(Pass *p, int n, const int32_t *edge)
+{
+    Vec3 at[BATCH], normal[BATCH];
+    double reach[BATCH] = {0};
+    uint8_t status[BATCH];
+    for (int i = 0; i < n; i++) {
+        at[i] = middle(p, edge[i]);
+        reach[i] = reach_of(p, edge[i]);
+    }
+    field_project_each(p->field, n, at, reach, status);
+    for (int i = 0; i < n; i++) at[i] = v_round32(at[i]);
+    field_normals(p->field, n, at, normal);
+    for (int i = 0; i < n; i++) {
+        bool landed = (status[i] == LANDED && accept_landing(p, edge[i], at[i], normal[i])) || cast_midpoint(p, edge[i]);
+        p->mid_state[edge[i]] = landed ? MID_LANDED : MID_LOST;
+    }
 }
 
 static void land_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;
+    int32_t edge[BATCH];
+    int n = 0;
     for (int i = begin; i < end; i++) {
-        int e = p->list[i];
-        if (p->mid_state[e] == MID_NONE) p->mid_state[e] = land_midpoint(p, e) ? MID_LANDED : MID_LOST;
+        if (p->mid_state[p->list[i]] != MID_NONE) continue;
+        edge[n++] = p->list[i];
+        if (n < BATCH) continue;
+        land_batch(p, n, edge);
+        n = 0;
     }
+    if (n > 0) land_batch(p, n, edge);
 }
 
 void pass_land(Pass *p)

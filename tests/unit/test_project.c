@@ -41,6 +41,32 @@ static void points_land_on_the_trilinear_surface(void **state)
     }
 }
 
+/* Whatever is on its way beside it, and whatever the reach of that. */
+static void each_point_has_its_own_reach(void **state)
+{
+    (void)state;
+    enum { N = 77 }; /* more than go together */
+    Field f = field_of(24, fn_torus, (double[]){11.3, 12.1, 11.8, 6, 3});
+    Vec3 p[N], q[N];
+    double reach[N];
+    uint8_t status[N];
+    uint64_t seed = 5;
+    int lost = 0;
+    for (int i = 0; i < N; i++) {
+        q[i] = p[i] = v_axpy(vec3(11.5, 11.5, 11.5), 18, shape_noise3(&seed));
+        reach[i] = 0.1 * (i % 40);
+    }
+    field_project_each(&f, N, q, reach, status);
+    for (int i = 0; i < N; i++) {
+        uint8_t alone;
+        lost += field_project(&f, 1, &p[i], reach[i], &alone);
+        assert_int_equal(status[i], alone);
+        assert_memory_equal(&p[i], &q[i], sizeof *p);
+    }
+    assert_in_range(lost, 10, N - 10);
+    field_free(&f);
+}
+
 static void a_landed_point_stays(void **state)
 {
     (void)state;
@@ -142,6 +168,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(points_land_on_the_trilinear_surface),
+        cmocka_unit_test(each_point_has_its_own_reach),
         cmocka_unit_test(a_landed_point_stays),
         cmocka_unit_test(out_of_reach_is_lost),
         cmocka_unit_test(thin_sheet_is_landed_on_from_its_own_side),

@@ -210,6 +210,9 @@ static void each_pass_adds_and_takes_nothing_away(void **state)
             refine_once(&s, (RefineSettings){15, passes, 0.05, AS_PAPERS}, &next, &m);
             if (passes == 0) assert_true(m.nvert == s.mesh.nvert && m.ntri == s.mesh.ntri);
             if (passes == 1) assert_true(m.ntri > last.ntri);
+            /* in the order of the lower ends */
+            for (int v = last.nvert + 1; passes && v < m.nvert; v++)
+                assert_true(int_min(m.ends[v][0], m.ends[v][1]) >= int_min(m.ends[v - 1][0], m.ends[v - 1][1]));
             if (passes) {
                 assert_true(m.nvert >= last.nvert && m.ntri >= last.ntri);
                 assert_memory_equal(m.pos, last.pos, (size_t)last.nvert * sizeof *m.pos);
