@@ -146,8 +146,6 @@ static void centroid_normals(void *ctx, int begin, int end)
 }
 
 /* The angle between the two normals asks for the others; between the two limits it holds what was marked before. */
-enum { ASKS_NONE, ASKS_KEPT, ASKS_ALL };
-
 static void compare_block(void *ctx, int begin, int end)
 {
     Pass *p = ctx;

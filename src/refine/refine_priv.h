@@ -16,7 +16,12 @@ typedef struct EdgeNote {
     uint8_t flags;          /* EDGE_... */
 } EdgeNote;
 
-enum { EDGE_FRESH = 1 /* not looked at yet */, EDGE_SELF = 2 /* to be cut by its own normals or midpoint */, EDGE_LONG = 4 /* enough to be cut for its neighbours' normals */ };
+enum {
+    EDGE_FRESH = 1, /* not looked at yet */
+    EDGE_SELF = 2,  /* by its own normals or midpoint it is to be cut */
+    EDGE_LONG = 4,  /* long enough to be cut for its neighbours' normals */
+};
+enum { ASKS_NONE, ASKS_KEPT, ASKS_ALL }; /* the angle between two triangles' normals wants no edges, those marked before, any */
 enum { KEPT_NEVER = 255 };
 #define EDGE_UNKNOWN ((EdgeNote){{1, 1}, {0, 0}, KEPT_NEVER, EDGE_FRESH})
 
@@ -46,7 +51,7 @@ typedef struct Pass {
     uint32_t *way;          /* [ntri] WAY_BITS a pass from the highest down: which piece it became; goes up along `after` */
     uint8_t *green;         /* [ntri] 1, 2: the halves of a green triangle; else 0 */
     uint8_t *state;         /* [ntri] TRI_... */
-    uint8_t *asks;          /* [3*ntri] ASKS_...: the normals on both sides of this edge differ */
+    uint8_t *asks;          /* [3*ntri] ASKS_...: what the normals on both sides of this edge want of the other edges there */
     uint8_t *open;          /* [ntri] how many of its edges may be cut for their neighbours' normals, or more; NULL by the Hessian, */
     Vec3 *tri_normal;       /* [ntri] so too; at the centroid, where TRI_NORMAL */
 
@@ -70,7 +75,11 @@ typedef struct Pass {
 
 enum { PASSES_MAX = 8, WAY_BITS = 3 };
 enum { MID_NONE, MID_LANDED, MID_LOST, MID_FLAT };
-enum { TRI_NEW = 1, TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8, TRI_ASKS = 16, TRI_NORMAL = 32, TRI_LASTING = TRI_ASKS | TRI_NORMAL };
+enum {
+    TRI_NEW = 1,
+    TRI_CHECK = 2, TRI_BAD = 4, TRI_OTHER_DIAGONAL = 8, /* of a whole's first */
+    TRI_ASKS = 16, TRI_NORMAL = 32, TRI_LASTING = TRI_ASKS | TRI_NORMAL,
+};
 
 /* The vertex at the lower (0) or the higher (1) end of an edge. */
 static inline int edge_end(const Pass *p, int e, int end) { return p->tri[p->half[e][end]]; }
