@@ -213,18 +213,33 @@ bool field_drop(const Field *f, Vec3 *p, double reach)
     return status == LANDED;
 }
 
-bool field_land(const Field *f, Vec3 *p, double reach, Vec3 *normal)
+/* TOGETHER points at most. */
+static void land_together(const Field *f, int n, Vec3 *p, double reach, Vec3 *normal, uint8_t *status)
 {
     const Blend one = {.a = f, .near = ROOT_VOX * f->voxel};
-    Vec3 from = *p;
-    Slope last;
+    Vec3 from[TOGETHER];
+    double reaches[TOGETHER];
+    Slope last[TOGETHER];
+    for (int i = 0; i < n; i++) from[i] = p[i], reaches[i] = reach;
+    project_together(&one, n, p, reaches, status, last);
+    if (f->exact.sample) exact_land(f, n, from, p, status);
+    for (int i = 0; i < n; i++) {
+        if (status[i] != LANDED) continue;
+        if (f->exact.sample || v_dist(p[i], last[i].at) > NORMAL_VOX * f->voxel) field_normals(f, 1, &p[i], &normal[i]);
+        else normal[i] = v_scale(last[i].g, -1 / v_len(last[i].g));
+    }
+}
+
+bool field_land(const Field *f, Vec3 *p, double reach, Vec3 *normal)
+{
     uint8_t status;
-    project_together(&one, 1, p, &reach, &status, &last);
-    if (status != LANDED) return false;
-    if (f->exact.sample) exact_land(f, 1, &from, p, &status);
-    if (f->exact.sample || v_dist(*p, last.at) > NORMAL_VOX * f->voxel) field_normals(f, 1, p, normal);
-    else *normal = v_scale(last.g, -1 / v_len(last.g));
-    return true;
+    land_together(f, 1, p, reach, normal, &status);
+    return status == LANDED;
+}
+
+void field_land_each(const Field *f, int n, Vec3 *p, double reach, Vec3 *normal, uint8_t *status)
+{
+    for (int i = 0; i < n; i += TOGETHER) land_together(f, int_min(TOGETHER, n - i), p + i, reach, normal + i, status + i);
 }
 
 static void project_some(const Blend *f, int n, Vec3 *p, const double *reach, uint8_t *status)

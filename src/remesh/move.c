@@ -25,13 +25,22 @@ static void move_block(void *ctx, int begin, int end)
 {
     MoveJob *job = ctx;
     Remesh *r = job->r;
+    int32_t vert[GRAIN] = {0};
+    Vec3 p[GRAIN], normal[GRAIN];
+    bool landed[GRAIN];
+    int n = 0;
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(r->mesh, v) || !may_move(job, v)) continue;
-        Vec3 p = job->target[v], n;
-        job->stays[v] = !remesh_land_point(r, v, &p, REACH * r->edge, &n) || v_dot(n, job->old_normal[v]) <= 0; /* another sheet */
+        vert[n] = v;
+        p[n++] = job->target[v];
+    }
+    remesh_land_points(r, n, vert, p, REACH * r->edge, normal, landed);
+    for (int i = 0; i < n; i++) {
+        int v = vert[i];
+        job->stays[v] = !landed[i] || v_dot(normal[i], job->old_normal[v]) <= 0; /* another sheet */
         if (job->stays[v]) continue;
-        r->mesh->pos[v] = p;
-        r->normal[v] = n;
+        r->mesh->pos[v] = p[i];
+        r->normal[v] = normal[i];
     }
 }
 

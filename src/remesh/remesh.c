@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { GRAIN = 512, EDGE_GRAIN = 2048 };
+enum { GRAIN = 512, EDGE_GRAIN = 2048, LAND_BATCH = 64 };
 
 const Limits LIMITS_EDIT = {0.65, 0.25, 0.2, 1.45};
 const Limits LIMITS_MOVE = {0.3, 0.15, 0.3, 0};
@@ -60,14 +60,30 @@ void remesh_make_room(Remesh *r)
     if (r->zone) RESIZE(r->zone, r->cap);
 }
 
+void remesh_land_points(const Remesh *r, int n, const int32_t *v, Vec3 *p, double reach, Vec3 *normal, bool *landed)
+{
+    for (int begin = 0; begin < n; begin += LAND_BATCH) {
+        Vec3 q[LAND_BATCH], at[LAND_BATCH];
+        uint8_t status[LAND_BATCH];
+        int m = int_min(LAND_BATCH, n - begin);
+        memcpy(q, p + begin, (size_t)m * sizeof *q);
+        field_land_each(r->field, m, q, reach, at, status);
+        for (int i = 0; i < m; i++) {
+            int home = r->home ? r->home[v[begin + i]] : NONE;
+            landed[begin + i] = status[i] == LANDED && (home == NONE || r->homes.is_home(r->homes.ctx, home, q[i]));
+            if (!landed[begin + i]) continue;
+            p[begin + i] = q[i];
+            normal[begin + i] = at[i];
+        }
+    }
+}
+
 bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *normal)
 {
-    Vec3 q = *p, n;
-    if (!field_land(r->field, &q, reach, &n)) return false;
-    if (r->home && r->home[v] != NONE && !r->homes.is_home(r->homes.ctx, r->home[v], q)) return false;
-    *p = q;
-    *normal = n;
-    return true;
+    int32_t vert = v;
+    bool landed;
+    remesh_land_points(r, 1, &vert, p, reach, normal, &landed);
+    return landed;
 }
 
 static void mark_corners(const Mesh *m, int t, uint8_t *mark)
@@ -166,10 +182,21 @@ typedef struct LandJob {
 static void land_block(void *ctx, int begin, int end)
 {
     LandJob *job = ctx;
-    Mesh *m = job->r->mesh;
+    Remesh *r = job->r;
+    Mesh *m = r->mesh;
+    int32_t vert[GRAIN] = {0};
+    Vec3 p[GRAIN], normal[GRAIN];
+    bool landed[GRAIN];
+    int n = 0;
     for (int v = begin; v < end; v++) {
         if (vert_is_dead(m, v) || (job->moved && !job->moved[v])) continue;
-        if (!remesh_land_point(job->r, v, &m->pos[v], job->reach, &job->r->normal[v])) job->r->normal[v] = remesh_normal_at(job->r, m->pos[v]);
+        vert[n] = v;
+        p[n++] = m->pos[v];
+    }
+    remesh_land_points(r, n, vert, p, job->reach, normal, landed);
+    for (int i = 0; i < n; i++) {
+        m->pos[vert[i]] = p[i];
+        r->normal[vert[i]] = landed[i] ? normal[i] : remesh_normal_at(r, p[i]);
     }
 }
 

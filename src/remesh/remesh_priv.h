@@ -61,6 +61,8 @@ Vec3 remesh_place_around(Vec3 p, Vec3 n, int i, double step, double edge);
 Vec3 remesh_normal_at(const Remesh *r, Vec3 p);
 /* Lands p, meant for vertex v, within reach: on the surface, on v's own component. False: p and its normal are as they were. */
 bool remesh_land_point(const Remesh *r, int v, Vec3 *p, double reach, Vec3 *normal);
+/* The same of n points, each meant for a vertex of its own; landed[n]. */
+void remesh_land_points(const Remesh *r, int n, const int32_t *v, Vec3 *p, double reach, Vec3 *normal, bool *landed);
 void remesh_make_room(Remesh *r);
 /* Splits at the landed midpoint; the new vertex gets a fresh identity. */
 void remesh_split(Remesh *r, int h);
