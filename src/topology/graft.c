@@ -328,7 +328,7 @@ static void match_pieces(Graft *g)
         trace_and_look(g, 0);
         match_closely(g);
         bool closed = stop_leaks(g, beside, &left);
-        if (closed && !find_whole(g) && !graft_find_unbalanced(g)) break;
+        if (closed && !find_whole(g) && !graft_find_unbalanced(g) && !graft_find_torn(g)) break;
         for (int t = 0; t < ntri && !closed; t++) {
             if (!beside[t]) continue;
             if (left > 0) g->drop[t] = 1;

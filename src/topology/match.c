@@ -343,19 +343,55 @@ bool graft_find_unbalanced(Graft *g)
     return any;
 }
 
-/* What is kept of the sheet is what sound pieces stand for and what was not looked at. */
-void graft_take(Graft *g)
+/* patch[regions]: all but what sound pieces stand for and what was not looked at. */
+static uint8_t *find_patches(const Graft *g, const uint8_t *sound)
 {
     const Sheet *s = &g->sheet;
-    const Parts *piece = &g->piece, *region = &g->region;
     const Claims *c = &g->claims;
-    uint8_t *sound = find_sound(piece, region, c), *patch = NEW(uint8_t, region->n);
+    uint8_t *patch = NEW(uint8_t, g->region.n);
+    for (int t = 0; t < s->ntri; t++) {
+        int r = g->region.of[t], who = c->owner[r], comp = s->home[s->corner[3 * t]];
+        patch[r] = who == NOBODY ? g->checked[comp] || g->whole[comp] : who != c->far && !(who >= 0 && who < g->piece.n && sound[who]);
+    }
+    return patch;
+}
+
+/* The component is looked at as a whole; if it was already, it goes. */
+static void distrust(Graft *g, int comp)
+{
+    for (int t = 0; t < g->mesh->ntri && g->checked[comp]; t++)
+        if (g->plan->comp[g->mesh->corner[3 * t]] == comp) g->drop[t] = 1;
+    g->checked[comp] = 1;
+}
+
+bool graft_find_torn(Graft *g)
+{
+    const Sheet *s = &g->sheet;
+    uint8_t *sound = find_sound(&g->piece, &g->region, &g->claims), *patch = find_patches(g, sound), *torn = NEW0(uint8_t, g->iso->ncomp);
+    bool any = false;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
+        int t = mesh_side(g, h);
+        bool kept = g->label[t] == LABEL_FAR || (g->label[t] >= 0 && sound[g->piece.of[t]]);
+        torn[s->home[s->corner[h]]] |= kept == patch[g->region.of[h / 3]];
+    }
+    for (int k = 0; k < g->iso->ncomp; k++) {
+        if (!torn[k]) continue;
+        distrust(g, k);
+        any = true;
+    }
+    mem_free(sound);
+    mem_free(patch);
+    mem_free(torn);
+    return any;
+}
+
+void graft_take(Graft *g)
+{
+    const Parts *piece = &g->piece, *region = &g->region;
+    uint8_t *sound = find_sound(piece, region, &g->claims), *patch = find_patches(g, sound);
     for (int t = 0; t < g->mesh->ntri; t++)
         if (g->label[t] >= 0 && !sound[piece->of[t]]) g->drop[t] = 1;
-    for (int t = 0; t < s->ntri; t++) {
-        int r = region->of[t], who = c->owner[r], comp = s->home[s->corner[3 * t]];
-        patch[r] = who == NOBODY ? g->checked[comp] || g->whole[comp] : who != c->far && !(who >= 0 && who < piece->n && sound[who]);
-    }
     turn_seams(g);
     int32_t *euler2 = number_patches(g, region, patch);
     weigh_patches(g, euler2);
