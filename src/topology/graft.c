@@ -11,7 +11,6 @@ enum {
     PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
     WIDENINGS_MAX = 6, /* of holes that cannot be closed */
-    PATH_MAX = 24,
     MARGIN_CELLS = 3,  /* of the sheet around holes, */
     MARGIN_NEAR = 2,   /* and around what is looked at */
     NEAR_RINGS = 2,
@@ -213,9 +212,9 @@ static void trace_seam(Graft *g, int i)
     Seam *s = &g->seam[i];
     int a = pin_end(g, s->a), b = pin_end(g, s->b);
     if (a == NONE || b == NONE) return;
-    RESERVE(g->path, g->cappath, g->npath + PATH_MAX);
+    RESERVE(g->path, g->cappath, g->npath + SEAM_MAX);
     s->path = g->npath;
-    s->npath = sheet_trace(&g->sheet, i, a, b, PATH_MAX, g->path + g->npath);
+    s->npath = sheet_trace(&g->sheet, i, a, b, SEAM_MAX, g->path + g->npath);
     if (s->npath != NONE) g->npath += s->npath;
 }
 

@@ -7,6 +7,8 @@
 /* What a triangle of the mesh belongs to, if it is no piece (0, 1, ...): dropped; not looked at; to be part of a piece. */
 enum { LABEL_HOLE = -1, LABEL_FAR = -2, LABEL_NEAR = -3 };
 
+enum { SEAM_MAX = 24 }; /* sheet vertices on a seam */
+
 typedef struct Seam {
     int half_edge, a, b;   /* of the mesh; its ends */
     int path, npath;       /* sheet vertices between the ends, in Graft.path; npath NONE: there was no way */

@@ -70,6 +70,63 @@ static void sew_side(Graft *g, Cloth *c, const int corner[3], const int seam[3])
 /* --- cuts mended ----------------------------------------------------------------------------------------------------------- */
 
 #define STRAIGHT 1e-6 /* a cut's vertex is this near to the edge it was put on, in its lengths */
+#define TURN_COS 0.8  /* cosine: a triangle turns no farther where a vertex is taken out */
+
+/* Would no triangle around to(h), joined into from(h), turn much? */
+static bool stays_flat(const Mesh *m, int h)
+{
+    int a = he_from(m, h), b = he_to(m, h), k = m->out[b];
+    do {
+        int p = he_to(m, k), q = m->corner[he_prev(k)];
+        if (p == a || q == a) continue;
+        Vec3 was = v_area2(m->pos[b], m->pos[p], m->pos[q]), is = v_area2(m->pos[a], m->pos[p], m->pos[q]);
+        double d = v_dot(was, is);
+        if (!(d > 0) || d * d < TURN_COS * TURN_COS * v_len2(was) * v_len2(is)) return false;
+    } while ((k = he_around(m, k)) != m->out[b]);
+    return true;
+}
+
+/* The half-edge from a to b, or NONE. */
+static int find_edge(const Mesh *m, int a, int b)
+{
+    int h = m->out[a];
+    do
+        if (he_to(m, h) == b) return h;
+    while ((h = he_around(m, h)) != m->out[a]);
+    return NONE;
+}
+
+/* Joins b into a, its neighbour, where that does no harm. */
+static bool try_join(Mesh *m, int a, int b)
+{
+    int h = find_edge(m, a, b);
+    if (h == NONE || !stays_flat(m, h) || !mesh_can_collapse(m, h)) return false;
+    mesh_collapse_edge(m, h, m->pos[a]);
+    return true;
+}
+
+/* The vertices between a live seam's ends are joined, one after the other, into what is left before or behind them: where all go, the
+ * kept triangle is again what it was. */
+static void straighten_seam(const Graft *g, const Seam *s, const int32_t *as)
+{
+    Mesh *m = g->mesh;
+    int n = s->npath, at[SEAM_MAX + 2];
+    for (int i = 0; i < n; i++) at[i + 1] = as[g->path[s->path + i]];
+    at[0] = s->a, at[n + 1] = s->b;
+    for (int pass = 0; pass < 2; pass++) {
+        int k = 1;
+        for (int i = 1; i <= n; i++)
+            if (!try_join(m, at[k - 1], at[i]) && !try_join(m, at[i + 1], at[i])) at[k++] = at[i];
+        at[k] = s->b;
+        n = k - 1;
+    }
+}
+
+static void straighten_seams(const Graft *g, const int32_t *as)
+{
+    for (int i = 0; i < g->nseam; i++)
+        if (g->seam[i].live && g->seam[i].npath > 0) straighten_seam(g, &g->seam[i], as);
+}
 
 /* If v, with four neighbours, lies on the straight line between two opposite ones, the half-edge from one of them to v; or NONE. */
 static int find_cut_edge(const Mesh *m, int v)
@@ -82,16 +139,18 @@ static int find_cut_edge(const Mesh *m, int v)
     return NONE;
 }
 
-/* Seams that came to nothing have left the patches full of small triangles: their vertices are taken out of the edges they
- * were put on, last come, first go. */
+/* Seams, those too that came to nothing, have left the patches full of small triangles: vertices that were put on edges are taken out of
+ * them again, last come, first go. */
 static void undo_cuts(const Graft *g, const int32_t *as)
 {
     const Sheet *s = &g->sheet;
     Mesh *m = g->mesh;
     for (int v = s->nvert; v-- > s->nbuilt;) {
-        if (as[v] == NONE || s->pin[v] != PIN_NONE || mesh_valence(m, as[v]) != 4) continue;
-        int h = find_cut_edge(m, as[v]);
-        if (h != NONE && mesh_can_collapse(m, h)) mesh_collapse_edge(m, h, m->pos[he_from(m, h)]);
+        if (as[v] == NONE || s->pin[v] != PIN_NONE || vert_is_dead(m, as[v])) continue;
+        int h = m->out[as[v]], n = mesh_valence(m, as[v]), edge = n == 4 ? find_cut_edge(m, as[v]) : NONE;
+        if (edge != NONE && mesh_can_collapse(m, edge)) mesh_collapse_edge(m, edge, m->pos[he_from(m, edge)]);
+        else
+            for (int k = 0; k < n && !try_join(m, he_to(m, h), as[v]); k++) h = he_around(m, h);
     }
 }
 
@@ -120,6 +179,8 @@ void graft_sew(Graft *g)
     }
     mesh_patch(m, g->drop, c.nvert, c.pos, c.ntri, c.tri);
     undo_cuts(g, c.as);
+    straighten_seams(g, c.as);
+    undo_cuts(g, c.as); /* those that the seams held */
     mem_free(seam_at);
     mem_free(c.pos);
     mem_free(c.tri);

@@ -3,6 +3,7 @@
 #include "mesh_shapes.h"
 #include "remesh/remesh.h"
 #include "topology/fault.h"
+#include "topology/graft.h"
 #include "topology/mend.h"
 #include "topology/sheet.h"
 
@@ -136,6 +137,56 @@ static void faults_are_found_and_mended_where_they_are(void **state)
         mesh_free(&was);
         scene_free(&s);
     }
+}
+
+static bool has_triangle(const Mesh *m, const Map *at, const int32_t id[3])
+{
+    int v[3];
+    for (int k = 0; k < 3; k++)
+        if ((v[k] = map_get(at, (uint64_t)id[k])) == NONE) return false;
+    int h = m->out[v[0]];
+    do
+        if (he_to(m, h) == v[1] && m->corner[he_prev(h)] == v[2]) return true;
+    while ((h = he_around(m, h)) != m->out[v[0]]);
+    return false;
+}
+
+/* The patch's vertices on its border, and those that cutting it out put on edges, are gone again. */
+static void what_a_patch_borders_on_stays(void **state)
+{
+    (void)state;
+    Scene s;
+    Faults f;
+    Map at;
+    scene_make(&s, 36, fn_ball, BALL);
+    Mesh m = mesh_of(&s), was = copy_of(&m);
+    uint8_t none[1] = {0}, speck[1], *near = NEW0(uint8_t, m.nvert);
+    faults_find(&s.iso, &m, NULL, &f);
+    int h = m.out[m.nvert / 2], faulty = 0, kept = 0;
+    do f.tri[h / 3] = FAULT_FAR;
+    while ((h = he_around(&m, h)) != m.out[m.nvert / 2]);
+    for (int i = 0; i < 3 * m.ntri; i++) near[m.corner[i]] |= f.tri[i / 3] != 0, faulty += f.tri[i / 3] != 0;
+    assert_true(faulty > 0 && s.iso.ncomp == 1);
+    MendStat stat = {0};
+    graft_patches(&s.iso, &(GraftPlan){.comp = f.comp, .drop = f.tri, .cell = f.cell, .whole = none, .wrong = none, .lean = f.lean, .edge = EDGE}, &m, speck, &stat);
+    assert_int_equal(stat.npatch, 1);
+    map_init(&at, m.nvert);
+    for (int v = 0; v < m.nvert; v++)
+        if (!vert_is_dead(&m, v)) map_put(&at, (uint64_t)m.id[v], v);
+    for (int t = 0; t < was.ntri; t++) {
+        const int32_t *c = was.corner + 3 * t;
+        if (near[c[0]] || near[c[1]] || near[c[2]]) continue; /* in the hole */
+        kept++;
+        assert_true(has_triangle(&m, &at, (int32_t[3]){was.id[c[0]], was.id[c[1]], was.id[c[2]]}));
+    }
+    assert_true(kept > 0.8 * was.ntri);
+    map_free(&at);
+    mem_free(near);
+    mem_free(stat.patch);
+    faults_free(&f);
+    mesh_free(&m);
+    mesh_free(&was);
+    scene_free(&s);
 }
 
 /* An octahedron's faces pass well below a ball of radius 1.5, those of a mesh of edges of that length close to a larger one. */
@@ -318,6 +369,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(nothing_wrong_changes_nothing),
         cmocka_unit_test(faults_are_found_and_mended_where_they_are),
+        cmocka_unit_test(what_a_patch_borders_on_stays),
         cmocka_unit_test(triangles_that_cut_corners_lean),
         cmocka_unit_test(topology_changes_are_local),
         cmocka_unit_test(births_deaths_and_swallowed_droplets),
