@@ -14,7 +14,7 @@ enum {
     ROUND_WHOLE = 3,           /* from here on what does not match is made anew as a whole, */
     ROUND_STRICT = 3,          /* nothing survives inside patches, and triangles that are only far from the surface stay */
     ROUND_EXACT = 5,           /* from here on what matches stays */
-    SMALL_LOOPS = 300,         /* smaller components are made anew from the second round on */
+    SMALL_LOOPS = 300,         /* smaller components are made anew from the second round on, those of a last mend at once */
     FLIP_ROUNDS = 3,
     SPLITS_MAX = 4,
     FEW = 50,
@@ -107,7 +107,7 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
     if (round == 0) renew_specks(iso, m, opt->frozen, v);
     for (int k = 0; k < iso->ncomp; k++) {
         bool lost = round == 0 && v->faulty[k] > FAULTY_SHARE * iso->comp_loops[k];
-        if (v->wrong[k] && (lost || round >= ROUND_WHOLE || (round > 0 && iso->comp_loops[k] < SMALL_LOOPS))) v->whole[k] = 1;
+        if (v->wrong[k] && (lost || round >= ROUND_WHOLE || ((round > 0 || !opt->early) && iso->comp_loops[k] < SMALL_LOOPS))) v->whole[k] = 1;
         v->any = v->any || v->whole[k];
     }
     mem_free(comp);
@@ -285,7 +285,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         judge(iso, opt, m, round, &v);
         again = v.any;
         crossed = again || v.faults.crossed > 0;
-        if (v.crumbs && round > 1) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
+        if (v.crumbs && round > (opt->early ? 1 : 0)) round = int_max(round, ROUND_EXACT); /* coarser they did not match */
         if (round == 0) stat->faults += v.faults.any;
         int patches = stat->npatch;
         if (again) mend_round(iso, opt, m, round, &v, stat);
