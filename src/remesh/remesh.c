@@ -216,18 +216,22 @@ void remesh_remember_lengths(Mesh *m) { parallel_for(m->ntri, EDGE_GRAIN, rememb
 
 /* --- edges in order ---------------------------------------------------------------------------------------------- */
 
-static int shorter_first(const void *pa, const void *pb)
+/* By merging: those of equal length stay in the order they come in. */
+static void sort_by_length(EdgeEnds *e, int n, bool descending)
 {
-    const EdgeEnds *a = pa, *b = pb;
-    if (a->length != b->length) return a->length < b->length ? -1 : 1;
-    return a->h < b->h ? -1 : 1;
-}
-
-static int longer_first(const void *pa, const void *pb)
-{
-    const EdgeEnds *a = pa, *b = pb;
-    if (a->length != b->length) return a->length > b->length ? -1 : 1;
-    return a->h < b->h ? -1 : 1;
+    EdgeEnds *from = e, *to = mem_alloc((size_t)n, sizeof *to), *spare = to;
+    const double sign = descending ? -1 : 1;
+    for (int run = 1; run < n; run *= 2) {
+        for (int lo = 0; lo < n; lo += 2 * run) {
+            int mid = int_min(lo + run, n), hi = int_min(mid + run, n), a = lo, b = mid;
+            for (int i = lo; i < hi; i++) to[i] = b == hi || (a < mid && sign * from[a].length <= sign * from[b].length) ? from[a++] : from[b++];
+        }
+        EdgeEnds *t = from;
+        from = to;
+        to = t;
+    }
+    if (from != e) memcpy(e, from, (size_t)n * sizeof *e);
+    mem_free(spare);
 }
 
 typedef struct EdgeList {
@@ -248,13 +252,17 @@ static void edge_block(void *ctx, int begin, int end)
     const Mesh *m = r->mesh;
     const EdgeChoice *c = job->choice;
     EdgeList *list = &job->list[begin / EDGE_GRAIN];
-    for (int i = 3 * begin; i < 3 * end; i++) {
-        int h = remesh_scope_half(r, i);
-        if (tri_is_dead(m, h / 3) || h > m->opp[h] || !(remesh_in_zone(r, he_from(m, h)) || remesh_in_zone(r, he_to(m, h)))) continue;
-        double l = mesh_edge_length(m, h);
-        if (!(l > c->lo && l < c->hi) || (c->test && !c->test(m, h, l, c->ctx))) continue;
-        RESERVE(list->edge, list->cap, list->n + 1);
-        list->edge[list->n++] = (EdgeEnds){l, h, he_from(m, h), he_to(m, h)};
+    const double most2 = c->hi * c->hi * (1 + 1e-12); /* surely not below hi */
+    for (int i = begin; i < end; i++) {
+        int t = remesh_scope_tri(r, i);
+        for (int h = 3 * t; h < 3 * t + 3 && !tri_is_dead(m, t); h++) {
+            int a = he_from(m, h), b = he_to(m, h);
+            if (h > m->opp[h] || !(remesh_in_zone(r, a) || remesh_in_zone(r, b)) || v_len2(v_sub(m->pos[a], m->pos[b])) > most2) continue;
+            double l = mesh_edge_length(m, h);
+            if (!(l > c->lo && l < c->hi) || (c->test && !c->test(m, h, l, c->ctx))) continue;
+            RESERVE(list->edge, list->cap, list->n + 1);
+            list->edge[list->n++] = (EdgeEnds){l, h, a, b};
+        }
     }
 }
 
@@ -272,7 +280,7 @@ int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool desce
         mem_free(list[b].edge);
     }
     mem_free(list);
-    if (n) qsort(all, (size_t)n, sizeof *all, descending ? longer_first : shorter_first);
+    sort_by_length(all, n, descending);
     *edges = all;
     return n;
 }
@@ -304,8 +312,8 @@ void remesh_split(Remesh *r, int h)
     if (r->zone) r->zone[v] = ZONE_FRESH;
 }
 
-/* Of the triangles around v that hold w not, with v at p, normal n. */
-static void ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness *worst)
+/* Of the triangles around v that hold w not, with v at p, normal n. Stops below `least`, where that is given. */
+static bool ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, const Fitness *least, Fitness *worst)
 {
     const Mesh *m = r->mesh;
     int h = m->out[v];
@@ -313,7 +321,9 @@ static void ring_fitness(const Remesh *r, int v, int w, Vec3 p, Vec3 n, Fitness 
         int b = he_to(m, h), c = m->corner[he_prev(h)];
         if (b == w || c == w) continue;
         fitness_worsen(worst, triangle_fitness((Vec3[3]){p, m->pos[b], m->pos[c]}, (Vec3[3]){n, r->normal[b], r->normal[c]}));
+        if (least && (worst->facing < least->facing || worst->quality < least->quality)) return false;
     } while ((h = he_around(m, h)) != m->out[v]);
+    return true;
 }
 
 /* No edge of the same ring is overlong and grows. */
@@ -332,7 +342,8 @@ static bool ring_is_short(const Remesh *r, int v, int w, Vec3 p, const Limits *l
     return true;
 }
 
-static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
+/* The worst of the same triangles, or the first found above `most`. */
+static double ring_deviation(const Remesh *r, int v, int w, Vec3 p, double most)
 {
     const Mesh *m = r->mesh;
     double worst = 0;
@@ -340,8 +351,13 @@ static double ring_deviation(const Remesh *r, int v, int w, Vec3 p)
     do {
         int b = he_to(m, h), c = m->corner[he_prev(h)];
         if (b != w && c != w) worst = real_max(worst, triangle_deviation(r->field, (Vec3[3]){p, m->pos[b], m->pos[c]}));
-    } while ((h = he_around(m, h)) != m->out[v]);
+    } while (worst <= most && (h = he_around(m, h)) != m->out[v]);
     return worst;
+}
+
+static bool deviates_less(const Remesh *r, int a, int b, Vec3 p, double most)
+{
+    return ring_deviation(r, a, b, p, most) <= most && ring_deviation(r, b, a, p, most) <= most;
 }
 
 /* Does a collapse of a and b at p keep the triangles where they are, on the surface? Where their normals turn by so little that
@@ -351,18 +367,16 @@ static bool stays_close(const Remesh *r, int a, int b, Vec3 p, double longest2, 
     const Mesh *m = r->mesh;
     double voxel = DEVIATION_EDGE_VOX * r->field->voxel, most = limits->deviation_vox * r->field->voxel;
     if (longest2 < voxel * voxel || 0.25 * longest2 * (1 - facing) < most * most) return true;
-    double after = real_max(ring_deviation(r, a, b, p), ring_deviation(r, b, a, p));
-    if (after <= limits->deviation_vox) return true;
-    return after <= real_max(ring_deviation(r, a, b, m->pos[a]), ring_deviation(r, b, a, m->pos[b]));
+    if (deviates_less(r, a, b, p, limits->deviation_vox)) return true;
+    double before = real_max(ring_deviation(r, a, b, m->pos[a], DEVIATION_FAR_VOX), ring_deviation(r, b, a, m->pos[b], DEVIATION_FAR_VOX));
+    return before > limits->deviation_vox && deviates_less(r, a, b, p, before);
 }
 
-/* Of the triangles that a collapse of a and b changes, with them at these places. */
-static Fitness collapse_fitness(const Remesh *r, int a, int b, const Vec3 p[2], const Vec3 n[2])
+/* Of the triangles that a collapse of a and b changes, with them at these places. False: below `least` (may be NULL), and *worst is not all. */
+static bool collapse_fitness(const Remesh *r, int a, int b, const Vec3 p[2], const Vec3 n[2], const Fitness *least, Fitness *worst)
 {
-    Fitness worst = fitness_best();
-    ring_fitness(r, a, b, p[0], n[0], &worst);
-    ring_fitness(r, b, a, p[1], n[1], &worst);
-    return worst;
+    *worst = fitness_best();
+    return ring_fitness(r, a, b, p[0], n[0], least, worst) && ring_fitness(r, b, a, p[1], n[1], least, worst);
 }
 
 bool remesh_can_collapse(const Mesh *m, int h)
@@ -383,11 +397,19 @@ bool remesh_try_collapse(Remesh *r, int h, const Limits *limits)
     Vec3 place[3] = {v_mid(m->pos[a], m->pos[b]), m->pos[a], m->pos[b]};
     Vec3 normal[3] = {v_unit(v_add(r->normal[a], r->normal[b])), r->normal[a], r->normal[b]};
     bool fixed = !remesh_in_zone(r, a); /* then the place is its own */
+    bool compared = false;
+    Fitness least = {limits->facing, limits->quality}, before, after; /* least: lower where it was worse before, asked for only then */
     for (int k = fixed ? 1 : 0; k < (fixed ? 2 : 3); k++) {
         double longest2 = 0;
         if (!ring_is_short(r, a, b, place[k], limits, &longest2) || !ring_is_short(r, b, a, place[k], limits, &longest2)) continue;
-        Fitness after = collapse_fitness(r, a, b, (Vec3[2]){place[k], place[k]}, (Vec3[2]){normal[k], normal[k]});
-        if (!fitness_allows(fitness_best(), after, limits) && !fitness_allows(collapse_fitness(r, a, b, place + 1, normal + 1), after, limits)) continue;
+        Vec3 p[2] = {place[k], place[k]}, n[2] = {normal[k], normal[k]};
+        if (!collapse_fitness(r, a, b, p, n, &least, &after)) {
+            if (compared) continue;
+            collapse_fitness(r, a, b, place + 1, normal + 1, NULL, &before);
+            least = (Fitness){real_min(limits->facing, before.facing), real_min(limits->quality, before.quality)};
+            compared = true;
+            if (!collapse_fitness(r, a, b, p, n, &least, &after)) continue;
+        }
         if (!stays_close(r, a, b, place[k], longest2, after.facing, limits)) continue;
         mesh_collapse_edge(m, h, place[k]);
         r->normal[a] = normal[k];
