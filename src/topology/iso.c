@@ -336,14 +336,31 @@ int iso_cell_beside(const IsoSurface *iso, int cell, int dx, int dy, int dz)
     return brick == NONE || brick >= f->ncrossed ? NONE : iso->cell_index[brick * LOCAL + ((z & 7) * 8 + (y & 7)) * 8 + (x & 7)];
 }
 
+/* Marks n cells from x on of a row through three bricks, whose first cell has the local number `row`; x is 0 at the middle brick. */
+static void mark_row(const IsoSurface *iso, const int beside[3], int x, int row, int n, uint8_t *mark)
+{
+    for (int i = x; i < x + n; i++) {
+        int brick = beside[(i >> 3) + 1], c = brick == NONE ? NONE : iso->cell_index[brick * LOCAL + row + (i & 7)];
+        if (c != NONE) mark[c] = 1;
+    }
+}
+
 void iso_mark_beside(const IsoSurface *iso, int cell, int reach, uint8_t *mark)
 {
-    for (int z = -reach; z <= reach; z++)
-        for (int y = -reach; y <= reach; y++)
-            for (int x = -reach; x <= reach; x++) {
-                int c = iso_cell_beside(iso, cell, x, y, z);
-                if (c != NONE) mark[c] = 1;
+    const Field *f = iso->field;
+    int brick = iso->cell_at[cell] / LOCAL, local = iso->cell_at[cell] % LOCAL, known = NONE, beside[3];
+    const int *o = f->origin[brick], x = local & 7, y = local >> 3 & 7, z = local >> 6;
+    ASSERT(reach <= 8);
+    for (int k = z - reach; k <= z + reach; k++)
+        for (int j = y - reach; j <= y + reach; j++) {
+            int at = (k >> 3) * 3 + (j >> 3) + 4; /* which bricks the row is in */
+            for (int i = 0; i < 3 && at != known; i++) {
+                int b = field_brick(f, o[0] + 8 * (i - 1), o[1] + j, o[2] + k);
+                beside[i] = b != NONE && b < f->ncrossed ? b : NONE;
             }
+            known = at;
+            mark_row(iso, beside, x - reach, 8 * (8 * (k & 7) + (j & 7)), 2 * reach + 1, mark);
+        }
 }
 
 int iso_cell_at(const IsoSurface *iso, Vec3 p) { return cell_of_index(iso, affine_to_index(&iso->field->xform, p)); }

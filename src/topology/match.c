@@ -125,9 +125,12 @@ static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *regi
     uint8_t *leak = NEW(uint8_t, region->n), *trusted = NEW0(uint8_t, region->n);
     int32_t *up = NEW(int32_t, n), *balance = NEW0(int32_t, n);
     for (int k = 0; k < n; k++) up[k] = k;
+    for (int t = 0; t < s->ntri; t++) {
+        int comp = s->home[s->corner[3 * t]];
+        trusted[region->of[t]] = !g->checked[comp] && !g->plan->wrong[comp];
+    }
     for (int h = 0; h < 3 * s->ntri; h++) {
         int r = region->of[h / 3], t;
-        trusted[r] = !g->checked[s->home[s->corner[h]]] && !g->plan->wrong[s->home[s->corner[h]]];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || g->label[t = mesh_side(g, h)] != LABEL_HOLE) continue;
         set_join(up, piece->of[t], piece->n + r);
     }
