@@ -162,7 +162,7 @@ void mesh_compact(Mesh *m, int32_t *vert_to)
 
 int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp)
 {
-    int32_t *comp = tri_comp ? tri_comp : NEW(int32_t, m->ntri), *stack = NEW(int32_t, m->ntri);
+    int32_t *comp = tri_comp ? tri_comp : NEW(int32_t, m->ntri), *stack = NEW(int32_t, m->ntri + 1);
     int n = 0;
     for (int t = 0; t < m->ntri; t++) comp[t] = NONE;
     for (int s = 0; s < m->ntri; s++) {
@@ -172,11 +172,11 @@ int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp)
         stack[depth++] = s;
         while (depth) {
             int t = stack[--depth];
-            for (int k = 0; k < 3; k++) {
+            for (int k = 0; k < 3; k++) { /* without a branch: which of them are new is as good as random */
                 int u = m->opp[3 * t + k] / 3;
-                if (comp[u] != NONE) continue;
+                stack[depth] = u;
+                depth += comp[u] == NONE;
                 comp[u] = n;
-                stack[depth++] = u;
             }
         }
         n++;
