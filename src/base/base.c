@@ -1,5 +1,6 @@
 #include "base/base.h"
 
+#include <malloc.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -32,6 +33,13 @@ bool mem_limit(uint64_t bytes)
     struct rlimit limit = {.rlim_cur = (rlim_t)bytes, .rlim_max = RLIM_INFINITY};
     limited = true;
     return setrlimit(RLIMIT_DATA, &limit) == 0;
+}
+
+void mem_keep(int bytes)
+{
+    mallopt(M_MMAP_THRESHOLD, 1 << 25); /* the most that glibc takes */
+    mallopt(M_TRIM_THRESHOLD, bytes);
+    mallopt(M_ARENA_MAX, 1);
 }
 
 /* Other threads may be in the middle of anything: no handlers are run. What is on disk can be gone on with. */

@@ -43,6 +43,9 @@ void *mem_resize(void *old, size_t count, size_t size);  /* like realloc */
 void mem_free(void *p);                                  /* NULL is allowed */
 /* From now on the program, its libraries included, takes no more than this. False where the system cannot hold it to that. */
 bool mem_limit(uint64_t bytes);
+/* What is freed is kept for what is asked for next, but for `bytes` at most at the end of it: pages that are there already cost
+ * nothing. Threads that begin from now on share it. */
+void mem_keep(int bytes);
 char *mem_text(const char *s);                           /* a copy */
 
 #define NEW(type, n) ((type *)mem_alloc((size_t)(n), sizeof(type)))

@@ -6,6 +6,8 @@
 
 #include <stdio.h>
 
+enum { KEPT_BYTES = 1 << 25 };
+
 int main(int argc, char **argv)
 {
     Err err;
@@ -14,6 +16,7 @@ int main(int argc, char **argv)
         fprintf(stderr, "twinmesh: %s\n", err.text);
         return (int)err.code;
     }
+    mem_keep(KEPT_BYTES);
     int status = command_run(argc, argv);
     thread_shutdown();
     isolate_stop();

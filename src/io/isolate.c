@@ -3,7 +3,6 @@
 
 #include <errno.h>
 #include <fcntl.h>
-#include <malloc.h>
 #include <poll.h>
 #include <pthread.h>
 #include <signal.h>
@@ -24,7 +23,7 @@
 #define HAS_SANITIZER 1
 #endif
 
-enum { NO_PROCESS = -1, FATE_WAIT_S = 30, WIRE_ROOM = 1 << 22 }; /* as a fate: none could be forked; what the end of a large process takes */
+enum { NO_PROCESS = -1, FATE_WAIT_S = 30, WIRE_ROOM = 1 << 22, KEPT_BYTES = 1 << 28 }; /* as a fate: none could be forked; what the end of a large process takes */
 
 static IsolateLimits limits;
 static int orders = -1; /* to the server */
@@ -172,14 +171,6 @@ static void die_of_faults(void)
     for (size_t i = 0; i < sizeof fault / sizeof *fault; i++) signal(fault[i], SIG_DFL);
 }
 
-/* What one file's grids took serves the next one's: pages that are there already cost nothing. A process that grew large is
- * not kept. */
-static void hold_on_to_memory(void)
-{
-    mallopt(M_MMAP_THRESHOLD, 1 << 25); /* the most that glibc takes */
-    mallopt(M_TRIM_THRESHOLD, 1 << 28);
-}
-
 static _Noreturn void read_for(int fd, pid_t parent)
 {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -187,7 +178,7 @@ static _Noreturn void read_for(int fd, pid_t parent)
     setrlimit(RLIMIT_CORE, &(struct rlimit){0, 0});
     die_of_faults();
     offer_to_be_killed();
-    hold_on_to_memory();
+    mem_keep(KEPT_BYTES); /* a process that grew large is not kept itself */
     isolate_ungrant();
     remote_serve(&(Wire){.fd = fd, .left_s = INFINITY});
     _exit(0);
