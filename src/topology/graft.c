@@ -388,6 +388,7 @@ static void graft_free(Graft *g)
     mem_free(g->euler);
     mem_free(g->seam);
     mem_free(g->path);
+    mem_free(g->edge);
 }
 
 /* Specks are drawn, not cut out. */

@@ -48,6 +48,8 @@ typedef struct Graft {
     int32_t *seam_of;      /* [3*ntri] of both half-edges, or NONE */
     int32_t *path;
     int npath, cappath;
+    int32_t *edge;         /* [nedge] the sheet's half-edges on seams and at its rim, as last looked at */
+    int nedge, capedge;
     Parts piece, region;   /* as last looked at: of the mesh and of the sheet */
     Claims claims;
     int nregion;           /* patches, once matched */

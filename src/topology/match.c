@@ -6,11 +6,12 @@
 
 /* --- parts ------------------------------------------------------------------------------------------------------------ */
 
-/* wall[3 * ntri]: edges that part. Triangles that `skip` marks (may be NULL), behind walls, are of no part. */
-static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_t *opp, const uint8_t *wall, const uint8_t *skip)
+/* beside[3 * ntri]: the triangle across each edge, or, where the edge parts, the edge's own. Triangles that `skip` marks (may be NULL),
+ * behind such edges, are of no part. */
+static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_t *beside, const uint8_t *skip)
 {
     Parts p = {.of = NEW(int32_t, ntri)};
-    int32_t *stack = NEW(int32_t, ntri), *seen = NEW(int32_t, nvert);
+    int32_t *stack = NEW(int32_t, ntri + 1), *seen = NEW(int32_t, nvert);
     int cap = 0;
     for (int t = 0; t < ntri; t++) p.of[t] = NONE;
     for (int v = 0; v < nvert; v++) seen[v] = NONE;
@@ -22,12 +23,13 @@ static Parts find_parts(int nvert, int ntri, const int32_t *corner, const int32_
         while (n) {
             int t = stack[--n];
             twice += 2;
-            for (int h = 3 * t; h < 3 * t + 3; h++) { /* an edge inside is met twice, one of the border once */
-                twice += 2 * (seen[corner[h]] != p.n) - (wall[h] ? 2 : 1);
+            for (int h = 3 * t; h < 3 * t + 3; h++) { /* an edge inside is met twice, one of the border once; no branch: none could be foretold */
+                int u = beside[h];
+                twice += 2 * (seen[corner[h]] != p.n) - 1 - (u == t);
                 seen[corner[h]] = p.n;
-                if (wall[h] || p.of[opp[h] / 3] != NONE) continue;
-                p.of[opp[h] / 3] = p.n;
-                stack[n++] = opp[h] / 3;
+                stack[n] = u;
+                n += p.of[u] == NONE;
+                p.of[u] = p.n;
             }
         }
         RESERVE(p.euler2, cap, p.n + 1);
@@ -47,13 +49,14 @@ static void parts_free(Parts *p)
 static Parts find_pieces(const Graft *g)
 {
     const Mesh *m = g->mesh;
-    uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *skip = NEW(uint8_t, m->ntri);
+    int32_t *beside = NEW(int32_t, 3 * m->ntri);
+    uint8_t *skip = NEW(uint8_t, m->ntri);
     for (int t = 0; t < m->ntri; t++) {
         skip[t] = g->label[t] == LABEL_FAR;
-        for (int h = 3 * t; h < 3 * t + 3 && !skip[t]; h++) wall[h] = g->label[t] != g->label[m->opp[h] / 3];
+        for (int h = 3 * t; h < 3 * t + 3 && !skip[t]; h++) beside[h] = g->label[t] != g->label[m->opp[h] / 3] ? t : m->opp[h] / 3;
     }
-    Parts p = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, skip);
-    mem_free(wall);
+    Parts p = find_parts(m->nvert, m->ntri, m->corner, beside, skip);
+    mem_free(beside);
     mem_free(skip);
     return p;
 }
@@ -72,13 +75,21 @@ static bool is_border(const Graft *g, int h)
     return g->label[e / 3] != LABEL_HOLE || g->label[g->mesh->opp[e] / 3] != LABEL_HOLE;
 }
 
-static Parts find_regions(const Graft *g)
+/* Also gathers the sheet's edges on seams and at its rim. */
+static Parts find_regions(Graft *g)
 {
     const Sheet *s = &g->sheet;
-    uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
-    for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || (s->seam[h] != SEAM_NONE && is_border(g, h));
-    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall, NULL);
-    mem_free(wall);
+    int32_t *beside = NEW(int32_t, 3 * s->ntri);
+    g->nedge = 0;
+    for (int h = 0; h < 3 * s->ntri; h++) {
+        beside[h] = s->opp[h] / 3;
+        if (s->seam[h] == SEAM_NONE && s->opp[h] != NONE) continue;
+        RESERVE(g->edge, g->capedge, g->nedge + 1);
+        g->edge[g->nedge++] = h;
+        if (s->opp[h] == NONE || is_border(g, h)) beside[h] = h / 3;
+    }
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, beside, NULL);
+    mem_free(beside);
     return p;
 }
 
@@ -97,9 +108,9 @@ static Claims settle_claims(const Graft *g, const Parts *piece, const Parts *reg
     Claims c = {piece->n, piece->n + 1, NEW(int32_t, region->n), NEW0(uint8_t, region->n), NEW(int32_t, piece->n + 2)};
     for (int r = 0; r < region->n; r++) c.owner[r] = NOBODY;
     for (int k = 0; k < piece->n + 2; k++) c.region[k] = NOBODY;
-    for (int h = 0; h < 3 * s->ntri; h++) {
-        int r = region->of[h / 3];
-        if (s->seam[h] == SEAM_NONE) c.open[r] |= s->opp[h] == NONE;
+    for (int i = 0; i < g->nedge; i++) {
+        int h = g->edge[i], r = region->of[h / 3];
+        if (s->seam[h] == SEAM_NONE) c.open[r] = 1;
         if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
         int who = owner_of(g, piece, &c, mesh_side(g, h));
         claim(&c.owner[r], who);
@@ -129,8 +140,8 @@ static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *regi
         int comp = s->home[s->corner[3 * t]];
         trusted[region->of[t]] = !g->checked[comp] && !g->plan->wrong[comp];
     }
-    for (int h = 0; h < 3 * s->ntri; h++) {
-        int r = region->of[h / 3], t;
+    for (int i = 0; i < g->nedge; i++) {
+        int h = g->edge[i], r = region->of[h / 3], t;
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || g->label[t = mesh_side(g, h)] != LABEL_HOLE) continue;
         set_join(up, piece->of[t], piece->n + r);
     }
@@ -188,9 +199,9 @@ static void turn_seams(Graft *g)
 static int32_t *number_patches(Graft *g, const Parts *region, const uint8_t *patch)
 {
     Sheet *s = &g->sheet;
-    uint8_t *wall = NEW(uint8_t, 3 * s->ntri);
-    for (int h = 0; h < 3 * s->ntri; h++) wall[h] = s->opp[h] == NONE || patch[region->of[h / 3]] != patch[region->of[s->opp[h] / 3]];
-    Parts p = find_parts(s->nvert, s->ntri, s->corner, s->opp, wall, NULL);
+    int32_t *beside = NEW(int32_t, 3 * s->ntri);
+    for (int h = 0; h < 3 * s->ntri; h++) beside[h] = s->opp[h] == NONE || patch[region->of[h / 3]] != patch[region->of[s->opp[h] / 3]] ? h / 3 : s->opp[h] / 3;
+    Parts p = find_parts(s->nvert, s->ntri, s->corner, beside, NULL);
     int32_t *number = NEW(int32_t, p.n), *euler2 = NEW(int32_t, p.n);
     for (int k = 0; k < p.n; k++) number[k] = NONE;
     g->nregion = 0;
@@ -200,7 +211,7 @@ static int32_t *number_patches(Graft *g, const Parts *region, const uint8_t *pat
         if (number[k] == NONE) euler2[g->nregion] = p.euler2[k], number[k] = g->nregion++;
         s->region[t] = number[k];
     }
-    mem_free(wall);
+    mem_free(beside);
     mem_free(number);
     parts_free(&p);
     return euler2;
@@ -211,10 +222,11 @@ static void weigh_patches(Graft *g, const int32_t *euler2)
 {
     const Mesh *m = g->mesh;
     const Sheet *s = &g->sheet;
-    uint8_t *wall = NEW(uint8_t, 3 * m->ntri), *kept = NEW(uint8_t, m->ntri);
-    for (int h = 0; h < 3 * m->ntri; h++) wall[h] = g->drop[h / 3] != g->drop[m->opp[h] / 3];
+    int32_t *beside = NEW(int32_t, 3 * m->ntri);
+    uint8_t *kept = NEW(uint8_t, m->ntri);
+    for (int h = 0; h < 3 * m->ntri; h++) beside[h] = g->drop[h / 3] != g->drop[m->opp[h] / 3] ? h / 3 : m->opp[h] / 3;
     for (int t = 0; t < m->ntri; t++) kept[t] = !g->drop[t];
-    Parts hole = find_parts(m->nvert, m->ntri, m->corner, m->opp, wall, kept);
+    Parts hole = find_parts(m->nvert, m->ntri, m->corner, beside, kept);
     int n = g->nregion + hole.n;
     mem_free(kept);
     int32_t *up = NEW(int32_t, n);
@@ -226,7 +238,7 @@ static void weigh_patches(Graft *g, const int32_t *euler2)
     g->euler = NEW0(int32_t, g->nregion);
     for (int k = 0; k < n; k++) /* a root is the least index: a patch, where there is one */
         if (set_root(up, k) < g->nregion) g->euler[set_root(up, k)] += k < g->nregion ? euler2[k] / 2 : -hole.euler2[k - g->nregion] / 2;
-    mem_free(wall);
+    mem_free(beside);
     mem_free(up);
     parts_free(&hole);
 }
@@ -267,7 +279,8 @@ bool graft_find_leaks(Graft *g, uint8_t *beside)
     uint8_t *leak = find_leaks(g, &g->piece, &g->region, &g->claims);
     bool any = false;
     memset(beside, 0, (size_t)g->mesh->ntri);
-    for (int h = 0; h < 3 * s->ntri; h++) {
+    for (int i = 0; i < g->nedge; i++) {
+        int h = g->edge[i];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || !leak[g->region.of[h / 3]]) continue;
         int e = g->seam[s->seam[h] >> 1].half_edge, t = mesh_side(g, h), u = (e / 3) + g->mesh->opp[e] / 3 - t;
         if (g->label[t] == LABEL_FAR || g->label[u] != LABEL_FAR) continue;
@@ -372,7 +385,8 @@ bool graft_find_torn(Graft *g)
     const Sheet *s = &g->sheet;
     uint8_t *sound = find_sound(&g->piece, &g->region, &g->claims), *patch = find_patches(g, sound), *torn = NEW0(uint8_t, g->iso->ncomp);
     bool any = false;
-    for (int h = 0; h < 3 * s->ntri; h++) {
+    for (int i = 0; i < g->nedge; i++) {
+        int h = g->edge[i];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
         int t = mesh_side(g, h);
         bool kept = g->label[t] == LABEL_FAR || (g->label[t] >= 0 && sound[g->piece.of[t]]);
