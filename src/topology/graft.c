@@ -10,7 +10,7 @@ static const int PIECE_TRIANGLES[] = {40, 6, 1};
 enum {
     PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
-    WIDENINGS_MAX = 6, /* of holes that cannot be closed */
+    WIDENINGS_MAX = 2, /* of holes that cannot be closed */
     MARGIN_CELLS = 3,  /* of the sheet around holes, */
     MARGIN_NEAR = 2,   /* and around what is looked at */
     NEAR_RINGS = 2,
