@@ -1,5 +1,6 @@
 /* match.c: which pieces of the mesh does the isosurface have? */
 #include "base/sets.h"
+#include "base/thread.h"
 #include "topology/graft_priv.h"
 
 #include <string.h>
@@ -243,11 +244,19 @@ static void weigh_patches(Graft *g, const int32_t *euler2)
     parts_free(&hole);
 }
 
+/* The pieces and the regions, beside one another. */
+static void find_block(void *ctx, int begin, int end)
+{
+    Graft *g = ctx;
+    for (int k = begin; k < end; k++)
+        if (k == 0) g->region = find_regions(g);
+        else g->piece = find_pieces(g);
+}
+
 void graft_look(Graft *g)
 {
     graft_forget(g);
-    g->piece = find_pieces(g);
-    g->region = find_regions(g);
+    parallel_for(2, 1, find_block, g);
     g->claims = settle_claims(g, &g->piece, &g->region);
 }
 

@@ -6,12 +6,20 @@
 #include "topology/iso.h"
 
 #define CENTRE_APART_VOX 0.03
+#define CENTRE_REACH_VOX 0.4
 #define TUNNEL_DRAW 0.25 /* how far a tunnel's ring is drawn towards its axis, off the cell's faces */
+
+/* A point that a loop is a fan about. */
+typedef struct Centre {
+    int vert, tri, n; /* its number; its fan's first triangle and how many there are, each with a corner of the loop first */
+} Centre;
 
 typedef struct Weaver {
     const IsoSurface *iso;
     IsoTriangles *out;
     int capvert, caphome, captri, capcell;
+    int ncentre, capcentre;
+    Centre *centre;
     int32_t *vert_of;  /* [nedge] */
     int cell, comp;    /* being woven */
 } Weaver;
@@ -58,17 +66,6 @@ static Vec3 mean_of(const Weaver *w, int n, const int *ring)
     return m;
 }
 
-/* The mean, landed where that leads to no corner. */
-static Vec3 centre_of(const Weaver *w, int n, const int *ring)
-{
-    double voxel = w->iso->field->voxel;
-    Vec3 mean = mean_of(w, n, ring), c = mean;
-    field_project(w->iso->field, 1, &c, 0.4 * voxel, NULL);
-    for (int k = 0; k < n; k++)
-        if (v_dist(c, w->out->pos[ring[k]]) < CENTRE_APART_VOX * voxel) return mean;
-    return c;
-}
-
 static void weave_disc(Weaver *w, int loop)
 {
     int r[12], n = ring_of(w, loop, r);
@@ -80,7 +77,9 @@ static void weave_disc(Weaver *w, int loop)
         add_tri(w, r[turn], r[turn + 1], r[turn + 2]);
         add_tri(w, r[turn], r[turn + 2], r[(turn + 3) & 3]);
     } else {
-        int m = add_vert(w, centre_of(w, n, r));
+        int m = add_vert(w, mean_of(w, n, r));
+        RESERVE(w->centre, w->capcentre, w->ncentre + 1);
+        w->centre[w->ncentre++] = (Centre){m, w->out->ntri, n};
         for (int k = 0; k < n; k++) add_tri(w, r[k], r[(k + 1) % n], m);
     }
 }
@@ -124,6 +123,25 @@ static void weave_tunnel(Weaver *w, int loop_a, int loop_b)
     }
 }
 
+static bool is_apart(const Weaver *w, const Centre *c, Vec3 p)
+{
+    for (int k = 0; k < c->n; k++)
+        if (v_dist(p, w->out->pos[w->out->tri[3 * (c->tri + k)]]) < CENTRE_APART_VOX * w->iso->field->voxel) return false;
+    return true;
+}
+
+/* The fans' points, at first the means of their loops, land where that leads to no corner. All at once: one by one that would be most
+ * of the time. */
+static void land_centres(const Weaver *w)
+{
+    Vec3 *pos = NEW(Vec3, w->ncentre);
+    for (int i = 0; i < w->ncentre; i++) pos[i] = w->out->pos[w->centre[i].vert];
+    field_project(w->iso->field, w->ncentre, pos, CENTRE_REACH_VOX * w->iso->field->voxel, NULL);
+    for (int i = 0; i < w->ncentre; i++)
+        if (is_apart(w, &w->centre[i], pos[i])) w->out->pos[w->centre[i].vert] = pos[i];
+    mem_free(pos);
+}
+
 void iso_triangles(const IsoSurface *iso, const uint8_t *want_comp, const uint8_t *want_cell, IsoTriangles *out)
 {
     *out = (IsoTriangles){0};
@@ -137,6 +155,8 @@ void iso_triangles(const IsoSurface *iso, const uint8_t *want_comp, const uint8_
             if (mate == NONE) weave_disc(&w, l);
             else if (mate > l) weave_tunnel(&w, l, mate);
         }
+    land_centres(&w);
+    mem_free(w.centre);
     mem_free(w.vert_of);
 }
 
