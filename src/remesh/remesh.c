@@ -252,12 +252,14 @@ static void edge_block(void *ctx, int begin, int end)
     const Mesh *m = r->mesh;
     const EdgeChoice *c = job->choice;
     EdgeList *list = &job->list[begin / EDGE_GRAIN];
-    const double most2 = c->hi * c->hi * (1 + 1e-12); /* surely not below hi */
+    const double most2 = c->hi * c->hi * (1 + 1e-12), least2 = c->lo > 0 ? c->lo * c->lo * (1 - 1e-12) : -1; /* surely not between lo and hi */
     for (int i = begin; i < end; i++) {
         int t = remesh_scope_tri(r, i);
         for (int h = 3 * t; h < 3 * t + 3 && !tri_is_dead(m, t); h++) {
             int a = he_from(m, h), b = he_to(m, h);
-            if (h > m->opp[h] || !(remesh_in_zone(r, a) || remesh_in_zone(r, b)) || v_len2(v_sub(m->pos[a], m->pos[b])) > most2) continue;
+            if (h > m->opp[h] || !(remesh_in_zone(r, a) || remesh_in_zone(r, b))) continue;
+            double l2 = v_len2(v_sub(m->pos[a], m->pos[b]));
+            if (l2 < least2 || l2 > most2) continue;
             double l = mesh_edge_length(m, h);
             if (!(l > c->lo && l < c->hi) || (c->test && !c->test(m, h, l, c->ctx))) continue;
             RESERVE(list->edge, list->cap, list->n + 1);

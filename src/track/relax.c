@@ -4,10 +4,11 @@
 #include "base/thread.h"
 
 enum { GRAIN = 512 };
-#define FLAT_COS 0.97  /* 14 degrees; a feature turns by 40 */
-#define STEP_MAX 0.3 /* a vertex moves at most this far in a step, in edges wanted */
-#define CALM 0.05    /* what a step moves less than this, in edges wanted, sits out the steps */
-#define ALL_EVERY 3  /* between one of these and the next */
+#define FLAT_COS 0.97    /* 14 degrees; a feature turns by 40 */
+#define STEP_MAX 0.3     /* a vertex moves at most this far in a step, in edges wanted */
+#define CALM_FIRST 0.025 /* what has less unrest than this sits a frame's first step out, where the field moves it, */
+#define CALM 0.05        /* and than this the others, */
+#define ALL_EVERY 3      /* but for every third */
 
 typedef struct TriJob {
     const Remesh *r;
@@ -44,12 +45,15 @@ static void tri_block(void *ctx, int begin, int end)
     }
 }
 
-/* Frozen vertices, and in most steps those that their last one found calm: the first step of a frame brings most of the skin as near to
- * rest as all steps would, and the others are for where it is stretched, cut or sewn. The caller frees it. */
+/* Frozen vertices, and in most steps those that are calm: one step brings most of the skin as near to rest as all would, the others are
+ * for where it is stretched, cut or sewn. What the field does not move is to come to rest: its first step is never sat out. */
 static uint8_t *find_held(const Track *tr, int step)
 {
     uint8_t *held = NEW(uint8_t, tr->mesh.nvert);
-    for (int v = 0; v < tr->mesh.nvert; v++) held[v] = tr->frozen[v] || (step % ALL_EVERY > 0 && tr->unrest[v] < CALM);
+    for (int v = 0; v < tr->mesh.nvert; v++) {
+        double calm = step == 0 ? (tr->moved[v] ? CALM_FIRST : 0) : step % ALL_EVERY > 0 ? CALM : 0;
+        held[v] = tr->frozen[v] || tr->unrest[v] < calm;
+    }
     return held;
 }
 

@@ -1,4 +1,5 @@
 /* track.c: the method on one page: predict, audit and mend, alter and relax, audit again, refine. */
+#include "base/thread.h"
 #include "topology/speck.h"
 #include "topology/start.h"
 #include "track/track_priv.h"
@@ -6,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+enum { GRAIN = 512 };
 #define REST_RATIO 0.74      /* e_min and e_max keep edges between about e-hat and 2 e-hat: their mean is about e-hat / 0.74 */
 #define REST_RATIO_MIN 0.64
 #define REST_RATIO_MAX 0.82
@@ -150,6 +152,21 @@ static void begin_edits(Track *tr, const IsoSurface *iso, Remesh *r)
     mem_free(home);
 }
 
+/* What stretched or shrank edges adds to the unrest of their ends; those of changed edges are awake already. */
+static void stir_block(void *ctx, int begin, int end)
+{
+    Track *tr = ctx;
+    const Mesh *m = &tr->mesh;
+    for (int v = begin; v < end; v++) {
+        double most = 0;
+        int h = m->out[v];
+        do
+            if (m->length[h] >= 0) most = real_max(most, fabs(mesh_edge_length(m, h) - (double)m->length[h]));
+        while ((h = he_around(m, h)) != m->out[v]);
+        tr->unrest[v] += (float)(most / tr->edge);
+    }
+}
+
 /* Last frame's mesh onto this frame's surface. */
 static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
@@ -171,6 +188,7 @@ static void predict(Track *tr, const IsoSurface *iso, FrameStat *stat)
         compact(tr, NULL);
     }
     tidy_landing(tr, iso, stat);
+    parallel_for(m->nvert, GRAIN, stir_block, tr);
     stat->seconds.predict += track_clock() - t0;
 }
 

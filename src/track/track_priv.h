@@ -50,7 +50,8 @@ struct Track {
     double edge;            /* world units; 0 until the first frame with a surface */
     double rest_ratio;      /* e-hat / edge, adapted so that the mean edge is the one asked */
     Mesh mesh;              /* mechanical */
-    float *unrest;          /* [mesh.nvert] how far the last step's forces wanted the vertex to go, in edges; 1: not known */
+    float *unrest;          /* [mesh.nvert] how far the last step's forces wanted the vertex to go, in edges, and what its edges changed in
+                             * length since; 1: not known */
     uint8_t *moved;         /* [mesh.nvert] by the field, or new, or an end of an edge that was changed, in this frame */
     uint8_t *frozen;        /* [mesh.nvert] 1: at rest under a field at rest: costs nothing in this frame */
     int capcolumn;
