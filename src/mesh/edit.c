@@ -46,15 +46,6 @@ int mesh_split_edge(Mesh *m, int h, Vec3 p, int32_t id)
     return v;
 }
 
-static bool is_neighbour(const Mesh *m, int v, int w)
-{
-    int h = m->out[v];
-    do
-        if (he_to(m, h) == w) return true;
-    while ((h = he_around(m, h)) != m->out[v]);
-    return false;
-}
-
 bool mesh_can_collapse(const Mesh *m, int h)
 {
     int a = he_from(m, h), b = he_to(m, h), g = m->opp[h];
@@ -64,7 +55,7 @@ bool mesh_can_collapse(const Mesh *m, int h)
     int k = m->out[b];
     do { /* c and d are neighbours of both, and nobody else may be */
         int w = he_to(m, k);
-        if (w != a && w != c && w != d && is_neighbour(m, a, w)) return false;
+        if (w != a && w != c && w != d && mesh_find_edge(m, a, w) != NONE) return false;
     } while ((k = he_around(m, k)) != m->out[b]);
     return true;
 }
@@ -104,7 +95,7 @@ void mesh_collapse_edge(Mesh *m, int h, Vec3 p)
 bool mesh_can_flip(const Mesh *m, int h)
 {
     int g = m->opp[h], c = m->corner[he_prev(h)], d = m->corner[he_prev(g)];
-    return c != d && mesh_valence(m, he_from(m, h)) > 3 && mesh_valence(m, he_to(m, h)) > 3 && !is_neighbour(m, c, d);
+    return c != d && mesh_valence(m, he_from(m, h)) > 3 && mesh_valence(m, he_to(m, h)) > 3 && mesh_find_edge(m, c, d) == NONE;
 }
 
 void mesh_flip_edge(Mesh *m, int h)

@@ -55,6 +55,15 @@ void mesh_drop_components(Mesh *m, const int32_t *tri_comp, const uint8_t *drop)
 void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, int ntri, const int32_t *tri);
 
 int mesh_valence(const Mesh *m, int v);
+/* The half-edge from a to b, or NONE. */
+static inline int mesh_find_edge(const Mesh *m, int a, int b)
+{
+    int h = m->out[a];
+    do
+        if (he_to(m, h) == b) return h;
+    while ((h = he_around(m, h)) != m->out[a]);
+    return NONE;
+}
 Vec3 mesh_tri_area2(const Mesh *m, int t); /* twice the area times the unit normal */
 static inline double mesh_edge_length(const Mesh *m, int h) { return v_dist(m->pos[he_from(m, h)], m->pos[he_to(m, h)]); }
 Vec3 mesh_ring_mean(const Mesh *m, int v); /* of its neighbours */

@@ -291,11 +291,7 @@ int remesh_find_edge(const Mesh *m, const EdgeEnds *e)
 {
     if (m->corner[e->h] == e->from && he_to(m, e->h) == e->to) return e->h;
     if (vert_is_dead(m, e->from) || vert_is_dead(m, e->to)) return NONE;
-    int h = m->out[e->from];
-    do
-        if (he_to(m, h) == e->to) return h;
-    while ((h = he_around(m, h)) != m->out[e->from]);
-    return NONE;
+    return mesh_find_edge(m, e->from, e->to);
 }
 
 /* --- split and collapse ------------------------------------------------------------------------------------------ */

@@ -86,20 +86,10 @@ static bool stays_flat(const Mesh *m, int h)
     return true;
 }
 
-/* The half-edge from a to b, or NONE. */
-static int find_edge(const Mesh *m, int a, int b)
-{
-    int h = m->out[a];
-    do
-        if (he_to(m, h) == b) return h;
-    while ((h = he_around(m, h)) != m->out[a]);
-    return NONE;
-}
-
 /* Joins b into a, its neighbour, where that does no harm. */
 static bool try_join(Mesh *m, int a, int b)
 {
-    int h = find_edge(m, a, b);
+    int h = mesh_find_edge(m, a, b);
     if (h == NONE || !stays_flat(m, h) || !mesh_can_collapse(m, h)) return false;
     mesh_collapse_edge(m, h, m->pos[a]);
     return true;
