@@ -91,20 +91,50 @@ static void mark_corners(const Mesh *m, int t, uint8_t *mark)
     for (int k = 0; k < 3; k++) mark[m->corner[3 * t + k]] = 1;
 }
 
+/* The triangles of look[mesh->ntri]. */
+static void set_scope(Remesh *r, const uint8_t *look)
+{
+    r->nscope = 0;
+    r->scope_end = r->mesh->ntri;
+    RESIZE(r->scope, r->scope_end);
+    for (int t = 0; t < r->scope_end; t++)
+        if (look[t]) r->scope[r->nscope++] = t;
+}
+
 static void find_scope(Remesh *r)
 {
     const Mesh *m = r->mesh;
-    uint8_t *near = NEW0(uint8_t, m->nvert);
+    uint8_t *near = NEW0(uint8_t, m->nvert), *look = NEW(uint8_t, m->ntri);
     for (int t = 0; t < m->ntri; t++)
         if (!tri_is_dead(m, t) && remesh_touches_zone(r, t)) mark_corners(m, t, near);
-    r->nscope = 0;
-    r->scope_end = m->ntri;
-    RESIZE(r->scope, m->ntri);
     for (int t = 0; t < m->ntri; t++) {
         const int32_t *c = m->corner + 3 * t;
-        if (!tri_is_dead(m, t) && (near[c[0]] || near[c[1]] || near[c[2]])) r->scope[r->nscope++] = t;
+        look[t] = !tri_is_dead(m, t) && (near[c[0]] || near[c[1]] || near[c[2]]);
     }
+    set_scope(r, look);
     mem_free(near);
+    mem_free(look);
+}
+
+void remesh_narrow(Remesh *r, const uint8_t *held)
+{
+    const Mesh *m = r->mesh;
+    uint8_t *look = NEW0(uint8_t, m->ntri);
+    ASSERT(!r->zone);
+    for (int v = 0; v < m->nvert; v++) {
+        if (held[v] || vert_is_dead(m, v)) continue;
+        int h = m->out[v];
+        do look[h / 3] = look[m->opp[he_next(h)] / 3] = 1;
+        while ((h = he_around(m, h)) != m->out[v]);
+    }
+    set_scope(r, look);
+    mem_free(look);
+}
+
+static void widen(Remesh *r)
+{
+    mem_free(r->scope);
+    r->scope = NULL;
 }
 
 void remesh_compact(Remesh *r, int32_t *vert_to)
@@ -120,6 +150,7 @@ void remesh_compact(Remesh *r, int32_t *vert_to)
     }
     if (!vert_to) mem_free(to);
     if (r->zone) find_scope(r);
+    else widen(r);
 }
 
 typedef struct NormalJob {
@@ -205,14 +236,20 @@ void remesh_land(Remesh *r, const uint8_t *moved, double reach)
     parallel_for(r->mesh->nvert, GRAIN, land_block, &(LandJob){r, moved, reach});
 }
 
+typedef struct RememberJob {
+    Mesh *mesh;
+    const uint8_t *held;
+} RememberJob;
+
 static void remember_block(void *ctx, int begin, int end)
 {
-    Mesh *m = ctx;
+    const RememberJob *job = ctx;
+    Mesh *m = job->mesh;
     for (int h = 3 * begin; h < 3 * end; h++)
-        if (!tri_is_dead(m, h / 3)) m->length[h] = (float)mesh_edge_length(m, h);
+        if (!tri_is_dead(m, h / 3) && !(job->held && job->held[he_from(m, h)] && job->held[he_to(m, h)])) m->length[h] = (float)mesh_edge_length(m, h);
 }
 
-void remesh_remember_lengths(Mesh *m) { parallel_for(m->ntri, EDGE_GRAIN, remember_block, m); }
+void remesh_remember_lengths(Mesh *m, const uint8_t *held) { parallel_for(m->ntri, EDGE_GRAIN, remember_block, &(RememberJob){m, held}); }
 
 /* --- edges in order ---------------------------------------------------------------------------------------------- */
 

@@ -20,7 +20,8 @@ typedef struct Remesh {
     Vec3 *normal;  /* [mesh->nvert] outward unit normals of the field at the vertices, kept through edits */
     int32_t *home; /* [mesh->nvert] kept through edits; NULL: no vertex is bound */
     uint8_t *zone; /* [mesh->nvert] ZONE_..., kept through edits: what coarsening and smoothing may do; NULL: ZONE_FRESH everywhere */
-    int32_t *scope; /* [nscope] what is looked at: triangles that touch the zone and those around them; and all from scope_end on. NULL: all */
+    int32_t *scope; /* [nscope] what is looked at: triangles that touch the zone, or what moved, and those around them; and all from scope_end on.
+                     * NULL: all */
     int nscope, scope_end;
     int cap;
     double edge;   /* mean edge length wanted, world units */
@@ -47,6 +48,10 @@ typedef struct AlterRules {
     double eps;          /* epsilon_e: a change of length below eps e-hat is none */
 } AlterRules;
 RemeshStat remesh_alter(Remesh *r, const AlterRules *rules);
+
+/* Alters and flips edges only around the vertices that are not held[mesh->nvert], until the mesh is compacted: those that have moved since
+ * that was last done. */
+void remesh_narrow(Remesh *r, const uint8_t *held);
 
 /* Splits the longest edge of each triangle of mark[mesh->ntri], where it is longer than `least`, at its landed midpoint: flat
  * triangles come nearer to the surface. Returns how many. */
@@ -89,5 +94,5 @@ int remesh_rehome(Remesh *r, const uint8_t *frozen);
  * mesh may hold dead triangles afterwards. Returns how many pairs are left; `c` knows them. */
 int remesh_uncross(Remesh *r, Crossings *c);
 
-/* Remembers each edge's length as the last step's. */
-void remesh_remember_lengths(Mesh *mesh);
+/* Remembers each edge's length as the last step's; with held[mesh->nvert] not NULL those of which an end is not held. */
+void remesh_remember_lengths(Mesh *mesh, const uint8_t *held);

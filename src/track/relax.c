@@ -57,7 +57,7 @@ static uint8_t *find_held(const Track *tr, int step)
     return held;
 }
 
-void track_relax(Track *tr, Remesh *r, int step, FrameStat *stat)
+uint8_t *track_relax(Track *tr, Remesh *r, int step, FrameStat *stat)
 {
     Mesh *m = &tr->mesh;
     uint8_t *held = find_held(tr, step);
@@ -76,8 +76,9 @@ void track_relax(Track *tr, Remesh *r, int step, FrameStat *stat)
         dx[v] = v_axpy(m->pos[v], l > limit ? limit / l : 1, dx[v]);
     }
     remesh_move(r, dx, held);
+    remesh_remember_lengths(m, step > 0 ? held : NULL);
     mem_free(dx);
-    mem_free(held);
     mem_free(job.normal);
     mem_free(job.inverted);
+    return held;
 }

@@ -260,11 +260,13 @@ static void hold_specks(Track *tr, const IsoSurface *iso, const Remesh *r)
         if (r->home[v] != NONE && speck_is(iso, r->home[v])) tr->frozen[v] = 1;
 }
 
-static void alter(Track *tr, Remesh *r, FrameStat *stat)
+/* held: of the last step in this frame, NULL before the first. */
+static void alter(Track *tr, Remesh *r, const uint8_t *held, FrameStat *stat)
 {
     double t0 = track_clock();
     AlterRules rules = {tr->rest_ratio * tr->edge, tr->set.e_min, tr->set.e_max, tr->set.eps_e};
     int n = tr->mesh.nvert;
+    if (held) remesh_narrow(r, held);
     RemeshStat s = remesh_alter(r, &rules);
     stat->splits += s.splits;
     stat->collapses += s.collapses;
@@ -294,13 +296,15 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     if (awake == 0) return;
     begin_edits(tr, iso, &r);
     hold_specks(tr, iso, &r);
+    uint8_t *held = NULL;
     for (int k = 0; k < tr->set.relax_steps; k++) {
-        alter(tr, &r, stat);
+        alter(tr, &r, held, stat);
         double t0 = track_clock();
-        track_relax(tr, &r, k, stat);
-        remesh_remember_lengths(m);
+        mem_free(held);
+        held = track_relax(tr, &r, k, stat);
         stat->seconds.relax += track_clock() - t0;
     }
+    mem_free(held);
     improve(tr, &r);
     int found;
     remesh_heal(&r, tr->frozen, &found);
@@ -461,7 +465,7 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     alter_and_relax(tr, iso, stat);
     round_positions(tr);
     if (mend) audit_and_mend(tr, iso, true, stat);
-    remesh_remember_lengths(&tr->mesh);
+    remesh_remember_lengths(&tr->mesh, NULL);
     if (tr->set.topology == TOPOLOGY_PAPERS && !mend) follow_papers(tr, iso, stat); /* a mesh just made has had no events */
     if (tr->set.rest) rest_settle(tr);
     stat->ids_kept = census_share_kept(&census, &tr->mesh);

@@ -90,8 +90,8 @@ int track_predict(const Track *tr, int n, Vec3 *p, uint8_t *status, int *substep
 /* --- relax.c -------------------------------------------------------------------------------------------------------- */
 
 /* Step 0, 1... of a frame: a quasi-static step of the mechanical mesh, guarded and landed (GI'07 2.2 to 2.6). Not every step is for
- * all vertices: those that are calm sit most of them out. */
-void track_relax(Track *tr, Remesh *r, int step, FrameStat *stat);
+ * all vertices: those that are calm sit most of them out. Returns which of them did, [mesh.nvert]; the caller frees it. */
+uint8_t *track_relax(Track *tr, Remesh *r, int step, FrameStat *stat);
 
 /* --- rest.c: where the settings want it ------------------------------------------------------------------------------- */
 

@@ -35,7 +35,7 @@ static void begin(Run *run, const Field *field)
     remesh_end(&r);
     mem_free(want);
     iso_free(&iso);
-    remesh_remember_lengths(&run->mesh);
+    remesh_remember_lengths(&run->mesh, NULL);
 }
 
 static void alter(Run *run, const Field *field)
@@ -94,7 +94,7 @@ static bool run_frame(Run *run, const Scene *s, int64_t number, Err *err)
             alter(run, &field);
         }
         step(run, &field);
-        remesh_remember_lengths(&run->mesh);
+        remesh_remember_lengths(&run->mesh, NULL);
         field_free(&field);
     }
     grid_free(&g);

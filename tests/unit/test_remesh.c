@@ -34,7 +34,7 @@ static void skin_make(Skin *s, Grid g, double edge, bool homes)
 {
     skin_raw(s, g, edge, homes);
     remesh_coarsen(&s->r);
-    remesh_remember_lengths(&s->mesh);
+    remesh_remember_lengths(&s->mesh, NULL);
 }
 
 static void skin_free(Skin *s)
