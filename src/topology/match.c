@@ -389,6 +389,83 @@ static void distrust(Graft *g, int comp)
     g->checked[comp] = 1;
 }
 
+/* Is triangle t of the mesh kept? */
+static bool is_kept(const Graft *g, const uint8_t *sound, int t)
+{
+    return g->label[t] == LABEL_FAR || (g->label[t] >= 0 && sound[g->piece.of[t]]);
+}
+
+/* The seams between what is kept and what is not, clockwise around a vertex. */
+typedef struct Spokes {
+    int n, cap;
+    int32_t *seam;
+    bool kept;    /* something is */
+} Spokes;
+
+static void add_spoke(Spokes *k, int seam)
+{
+    RESERVE(k->seam, k->cap, k->n + 1);
+    k->seam[k->n++] = seam;
+}
+
+static void find_mesh_spokes(const Graft *g, const uint8_t *sound, int v, Spokes *k)
+{
+    const Mesh *m = g->mesh;
+    int h = m->out[v];
+    k->n = 0;
+    k->kept = false;
+    do {
+        bool kept = is_kept(g, sound, h / 3);
+        k->kept = k->kept || kept;
+        if (kept != is_kept(g, sound, m->opp[h] / 3)) add_spoke(k, g->seam_of[h]);
+    } while ((h = he_around(m, h)) != m->out[v]);
+}
+
+static void find_sheet_spokes(const Graft *g, const uint8_t *patch, int v, Spokes *k)
+{
+    const Sheet *s = &g->sheet;
+    k->n = 0;
+    k->kept = false;
+    for (int h = s->out[v]; h != NONE; h = sheet_around(s, v, h)) {
+        bool kept = !patch[g->region.of[h / 3]];
+        k->kept = k->kept || kept;
+        if (s->opp[h] != NONE && kept == patch[g->region.of[s->opp[h] / 3]]) add_spoke(k, s->seam[h] >> 1);
+    }
+}
+
+static bool are_same_spokes(const Spokes *a, const Spokes *b)
+{
+    int turn = 0;
+    if (a->n != b->n || a->kept != b->kept) return false;
+    while (turn < b->n && b->seam[turn] != a->seam[0]) turn++;
+    for (int i = 0; i < a->n; i++)
+        if (a->seam[i] != b->seam[(turn + i) % b->n]) return false;
+    return true;
+}
+
+/* A piece that comes to a vertex more than once may do so in another order on the sheet, where it is folded there: sewn, two umbrellas
+ * would share the vertex. Drops what is around such vertices. Are there any? */
+static bool drop_twisted(Graft *g, const uint8_t *sound, const uint8_t *patch)
+{
+    const Mesh *m = g->mesh;
+    bool any = false;
+    Spokes mesh = {0}, sheet = {0};
+    for (int v = 0; v < m->nvert; v++) {
+        if (g->pinned[v] < 0) continue;
+        find_mesh_spokes(g, sound, v, &mesh);
+        if (!mesh.kept) continue;
+        find_sheet_spokes(g, patch, g->pinned[v], &sheet);
+        if (are_same_spokes(&mesh, &sheet)) continue;
+        int h = m->out[v];
+        do g->drop[h / 3] = 1;
+        while ((h = he_around(m, h)) != m->out[v]);
+        any = true;
+    }
+    mem_free(mesh.seam);
+    mem_free(sheet.seam);
+    return any;
+}
+
 bool graft_find_torn(Graft *g)
 {
     const Sheet *s = &g->sheet;
@@ -397,15 +474,14 @@ bool graft_find_torn(Graft *g)
     for (int i = 0; i < g->nedge; i++) {
         int h = g->edge[i];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
-        int t = mesh_side(g, h);
-        bool kept = g->label[t] == LABEL_FAR || (g->label[t] >= 0 && sound[g->piece.of[t]]);
-        torn[s->home[s->corner[h]]] |= kept == patch[g->region.of[h / 3]];
+        torn[s->home[s->corner[h]]] |= is_kept(g, sound, mesh_side(g, h)) == patch[g->region.of[h / 3]];
     }
     for (int k = 0; k < g->iso->ncomp; k++) {
         if (!torn[k]) continue;
         distrust(g, k);
         any = true;
     }
+    any = any || drop_twisted(g, sound, patch);
     mem_free(sound);
     mem_free(patch);
     mem_free(torn);

@@ -223,8 +223,7 @@ static Foot find_foot(const Sheet *s, Vec3 p, Vec3 n, int comp, double reach, bo
     return best;
 }
 
-/* The half-edge leaving v after h, clockwise from out[v]; NONE at the rim or once around. */
-static int next_around(const Sheet *s, int v, int h)
+int sheet_around(const Sheet *s, int v, int h)
 {
     int g = s->opp[h];
     if (g == NONE) return NONE;
@@ -235,7 +234,7 @@ static int next_around(const Sheet *s, int v, int h)
 /* May v move to p without turning a triangle over? */
 static bool can_take(const Sheet *s, int v, Vec3 p)
 {
-    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
+    for (int h = s->out[v]; h != NONE; h = sheet_around(s, v, h)) {
         Vec3 b = s->pos[s->corner[he_next(h)]], c = s->pos[s->corner[he_prev(h)]];
         if (v_dot(v_area2(s->pos[v], b, c), v_area2(p, b, c)) <= 0) return false;
     }
@@ -276,7 +275,7 @@ static double distance_to_segment(Vec3 p, Vec3 a, Vec3 b)
 /* The half-edge from a to b, or NONE. */
 static int find_half_edge(const Sheet *s, int a, int b)
 {
-    for (int h = s->out[a]; h != NONE; h = next_around(s, a, h))
+    for (int h = s->out[a]; h != NONE; h = sheet_around(s, a, h))
         if (s->corner[he_next(h)] == b) return h;
     return NONE;
 }
@@ -284,7 +283,7 @@ static int find_half_edge(const Sheet *s, int a, int b)
 static Vec3 fan_normal(const Sheet *s, int v)
 {
     Vec3 n = vec3(0, 0, 0);
-    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) n = v_add(n, v_area2(s->pos[v], s->pos[s->corner[he_next(h)]], s->pos[s->corner[he_prev(h)]]));
+    for (int h = s->out[v]; h != NONE; h = sheet_around(s, v, h)) n = v_add(n, v_area2(s->pos[v], s->pos[s->corner[he_next(h)]], s->pos[s->corner[he_prev(h)]]));
     return v_unit(n);
 }
 
@@ -296,7 +295,7 @@ static int find_exit(const Sheet *s, int v, int prev, Vec3 aim, Vec3 plane, doub
     int exit = NONE;
     double best = prev == NONE ? 0 : -2;
     Vec3 forth = v_unit(v_sub(aim, s->pos[v]));
-    for (int h = s->out[v]; h != NONE; h = next_around(s, v, h)) {
+    for (int h = s->out[v]; h != NONE; h = sheet_around(s, v, h)) {
         int p = s->corner[he_next(h)], q = s->corner[he_prev(h)];
         double sp = v_dot(v_sub(s->pos[p], aim), plane), sq = v_dot(v_sub(s->pos[q], aim), plane);
         if (p == prev || q == prev || (sp >= 0) == (sq >= 0)) continue;

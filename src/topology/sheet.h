@@ -31,6 +31,9 @@ typedef struct Sheet {
 void sheet_build(Sheet *s, const IsoSurface *iso, const uint8_t *want_comp, const uint8_t *want_cell);
 void sheet_free(Sheet *s);
 
+/* The half-edge leaving v after h, clockwise from out[v]; NONE at the rim or once around. */
+int sheet_around(const Sheet *s, int v, int h);
+
 /* Puts mesh vertex `pin` into the sheet at p, where the nearest triangle of component `comp` whose side agrees with the normal n
  * is within `reach`: takes over a vertex there or subdivides. `patches_only`: only into a patch's triangles;
  * `apart`: not nearer than this to another pinned vertex. Returns the sheet's vertex, or NONE. */

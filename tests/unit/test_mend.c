@@ -3,7 +3,7 @@
 #include "mesh_shapes.h"
 #include "remesh/remesh.h"
 #include "topology/fault.h"
-#include "topology/graft.h"
+#include "topology/graft_priv.h"
 #include "topology/mend.h"
 #include "topology/sheet.h"
 
@@ -364,6 +364,65 @@ static void seams_cut_the_sheet(void **state)
     scene_free(&s);
 }
 
+/* A fan around vertex 0 on the sheet, all around: triangle i from spoke rim[i] to rim[i + 1]. Seam k is the spoke to vertex 2 k + 1. */
+static void make_fan(Sheet *s, const int *rim)
+{
+    *s = (Sheet){.nvert = 9, .ntri = 8, .home = NEW0(int32_t, 9), .pin = NEW0(int32_t, 9), .out = NEW0(int32_t, 9), .corner = NEW(int32_t, 24),
+                 .opp = NEW(int32_t, 24), .seam = NEW(int32_t, 24), .region = NEW0(int32_t, 8)};
+    for (int i = 0; i < 8; i++) {
+        const int corner[3] = {0, rim[i], rim[(i + 1) % 8]}, opp[3] = {3 * ((i + 7) % 8) + 2, NONE, 3 * ((i + 1) % 8)};
+        for (int k = 0; k < 3; k++) s->corner[3 * i + k] = corner[k], s->opp[3 * i + k] = opp[k], s->seam[3 * i + k] = SEAM_NONE;
+    }
+    for (int i = 0; i < 8; i++)
+        if (rim[i] % 2) s->seam[3 * i] = rim[i] - 1, s->seam[s->opp[3 * i]] = rim[i];
+}
+
+/* A piece that comes to vertex 0 twice, between two holes. On the sheet it may do so with the spokes in another order, each with the right
+ * side: sewn together two umbrellas would share the vertex. */
+static void order_around_a_vertex_is_kept(void **state)
+{
+    (void)state;
+    static const int RIM[2][8] = {{1, 2, 3, 4, 5, 6, 7, 8}, {1, 2, 7, 4, 5, 6, 3, 8}};
+    for (int twisted = 0; twisted < 2; twisted++) {
+        Mesh m;
+        Vec3 pos[10];
+        int32_t tri[48];
+        pos[0] = vec3(0, 0, 1), pos[9] = vec3(0, 0, -1);
+        for (int i = 0; i < 8; i++) {
+            int a = i + 1, b = (i + 1) % 8 + 1;
+            pos[a] = vec3(cos(0.785398 * i), sin(0.785398 * i), 0);
+            memcpy(tri + 3 * i, (int32_t[3]){0, a, b}, 3 * sizeof *tri);
+            memcpy(tri + 24 + 3 * i, (int32_t[3]){9, b, a}, 3 * sizeof *tri);
+        }
+        mesh_init(&m);
+        mesh_append(&m, 10, pos, NULL, 16, tri);
+        IsoSurface iso = {.ncomp = 1};
+        uint8_t none[1] = {0}, drop[16] = {0}, open[2] = {0};
+        int32_t label[16] = {0, 0, LABEL_HOLE, LABEL_HOLE, 0, 0, LABEL_HOLE, LABEL_HOLE}, pinned[10], seam_of[48], edge[8], comp[10] = {0};
+        int32_t piece_of[16] = {0}, region_of[8] = {0, 0, 1, 1, 0, 0, 1, 1}, euler2[2] = {0}, owner[2] = {0, 1}, owned[3] = {0, 1, NOBODY};
+        Seam seam[4];
+        GraftPlan plan = {.comp = comp, .wrong = none};
+        Graft g = {.iso = &iso, .plan = &plan, .mesh = &m, .drop = drop, .whole = none, .checked = none, .label = label, .nlabel = 1, .pinned = pinned,
+                   .seam = seam, .nseam = 4, .seam_of = seam_of, .edge = edge, .piece = {1, piece_of, euler2}, .region = {2, region_of, euler2},
+                   .claims = {1, 2, owner, open, owned}};
+        make_fan(&g.sheet, RIM[twisted]);
+        for (int v = 0; v < 10; v++) pinned[v] = v == 0 ? 0 : NONE;
+        for (int h = 0; h < 48; h++) seam_of[h] = NONE;
+        for (int k = 0; k < 4; k++) {
+            int h = 6 * k; /* from 0 to 2 k + 1 */
+            seam[k] = (Seam){h, 0, 2 * k + 1, 0, 0, false};
+            seam_of[h] = seam_of[m.opp[h]] = k;
+        }
+        for (int h = 0; h < 24; h++)
+            if (g.sheet.seam[h] != SEAM_NONE) edge[g.nedge++] = h;
+        assert_int_equal(g.nedge, 8);
+        assert_int_equal(graft_find_torn(&g), twisted);
+        for (int t = 0; t < 16; t++) assert_int_equal(drop[t], twisted && t < 8);
+        sheet_free(&g.sheet);
+        mesh_free(&m);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -374,6 +433,7 @@ int main(void)
         cmocka_unit_test(topology_changes_are_local),
         cmocka_unit_test(births_deaths_and_swallowed_droplets),
         cmocka_unit_test(seams_cut_the_sheet),
+        cmocka_unit_test(order_around_a_vertex_is_kept),
     };
     return cmocka_run_group_tests_name("mend", tests, NULL, NULL);
 }
