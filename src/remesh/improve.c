@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum { PASSES = 3, TRIES = 3, GRAIN = 128 };
-#define POOR 0.82     /* an isosceles triangle has that with an angle of 33 degrees between its sides, or of 42 at its base */
+#define POOR 0.85     /* an isosceles triangle has that with an angle of 36 degrees between its sides, or of 44 at its base */
 #define GAIN 0.005
 #define REACH 0.3     /* a landing is at most this far from its target, in edges wanted */
 

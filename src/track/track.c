@@ -12,7 +12,7 @@ enum { GRAIN = 512 };
 #define REST_RATIO_MIN 0.64
 #define REST_RATIO_MAX 0.82
 #define EDGE_LEAST_VOX 0.1  /* below it triangles could only multiply */
-#define FLIP_GAIN 0.1       /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
+#define FLIP_GAIN 0.06      /* a tracked edge is flipped only for a clear gain: connectivity is worth keeping */
 #define STILL_VOX 1e-4      /* a vertex that the field moves less than this, */
 #define STILL_UNREST 2e-3   /* and whose forces want less than this (in edges), is at rest */
 
