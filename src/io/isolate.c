@@ -23,7 +23,12 @@
 #define HAS_SANITIZER 1
 #endif
 
-enum { NO_PROCESS = -1, FATE_WAIT_S = 30, WIRE_ROOM = 1 << 22, KEPT_BYTES = 1 << 28 }; /* as a fate: none could be forked; what the end of a large process takes */
+enum {
+    NO_PROCESS = -1,      /* as a fate: none could be forked */
+    FATE_WAIT_S = 30,     /* what the end of a large process takes */
+    WIRE_ROOM = 1 << 22,
+    KEPT_BYTES = 1 << 28, /* from one file's grids for the next one's */
+};
 
 static IsolateLimits limits;
 static int orders = -1; /* to the server */

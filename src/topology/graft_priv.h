@@ -70,7 +70,8 @@ bool graft_find_leaks(Graft *g, uint8_t *beside);
 /* Sets checked for the components that do not match, are not, and would not have their Euler characteristic with the patches. Are there any? */
 bool graft_find_unbalanced(Graft *g);
 /* Where what is kept of the mesh and the patches would not meet along a seam, all of the component is looked at, or dropped if it was
- * already; where they would along all seams but not around a vertex, all around that is dropped. Are there any such? */
+ * already; where they would along all seams but not around a vertex, all around that is dropped, and the component
+ * looked at. Are there any such? */
 bool graft_find_torn(Graft *g);
 /* Without leaks: sound pieces stay, and what the others, and the holes, stand for become the patches: drop is set for their
  * triangles, the sheet's regions are numbered, and the seams that are live lead along kept triangles, these to their left. */

@@ -444,7 +444,8 @@ static bool are_same_spokes(const Spokes *a, const Spokes *b)
 }
 
 /* A piece that comes to a vertex more than once may do so in another order on the sheet, where it is folded there: sewn, two umbrellas
- * would share the vertex. Drops what is around such vertices. Are there any? */
+ * would share the vertex. Drops what is around such vertices, and has all of their components looked at: what is can be closed, and so is
+ * not spared again. Are there any? */
 static bool drop_twisted(Graft *g, const uint8_t *sound, const uint8_t *patch)
 {
     const Mesh *m = g->mesh;
@@ -459,6 +460,7 @@ static bool drop_twisted(Graft *g, const uint8_t *sound, const uint8_t *patch)
         int h = m->out[v];
         do g->drop[h / 3] = 1;
         while ((h = he_around(m, h)) != m->out[v]);
+        g->checked[g->plan->comp[v]] = 1;
         any = true;
     }
     mem_free(mesh.seam);

@@ -397,12 +397,12 @@ static void order_around_a_vertex_is_kept(void **state)
         mesh_init(&m);
         mesh_append(&m, 10, pos, NULL, 16, tri);
         IsoSurface iso = {.ncomp = 1};
-        uint8_t none[1] = {0}, drop[16] = {0}, open[2] = {0};
+        uint8_t none[1] = {0}, checked[1] = {0}, drop[16] = {0}, open[2] = {0};
         int32_t label[16] = {0, 0, LABEL_HOLE, LABEL_HOLE, 0, 0, LABEL_HOLE, LABEL_HOLE}, pinned[10], seam_of[48], edge[8], comp[10] = {0};
         int32_t piece_of[16] = {0}, region_of[8] = {0, 0, 1, 1, 0, 0, 1, 1}, euler2[2] = {0}, owner[2] = {0, 1}, owned[3] = {0, 1, NOBODY};
         Seam seam[4];
         GraftPlan plan = {.comp = comp, .wrong = none};
-        Graft g = {.iso = &iso, .plan = &plan, .mesh = &m, .drop = drop, .whole = none, .checked = none, .label = label, .nlabel = 1, .pinned = pinned,
+        Graft g = {.iso = &iso, .plan = &plan, .mesh = &m, .drop = drop, .whole = none, .checked = checked, .label = label, .nlabel = 1, .pinned = pinned,
                    .seam = seam, .nseam = 4, .seam_of = seam_of, .edge = edge, .piece = {1, piece_of, euler2}, .region = {2, region_of, euler2},
                    .claims = {1, 2, owner, open, owned}};
         make_fan(&g.sheet, RIM[twisted]);
@@ -417,6 +417,7 @@ static void order_around_a_vertex_is_kept(void **state)
             if (g.sheet.seam[h] != SEAM_NONE) edge[g.nedge++] = h;
         assert_int_equal(g.nedge, 8);
         assert_int_equal(graft_find_torn(&g), twisted);
+        assert_int_equal(checked[0], twisted);
         for (int t = 0; t < 16; t++) assert_int_equal(drop[t], twisted && t < 8);
         sheet_free(&g.sheet);
         mesh_free(&m);
