@@ -5,15 +5,14 @@
 
 #include <string.h>
 
-/* Pieces are cut this large at first; those that are not sound are cut smaller. */
-static const int PIECE_TRIANGLES[] = {40, 6, 1};
 enum {
-    PIECE_SIZES = sizeof PIECE_TRIANGLES / sizeof *PIECE_TRIANGLES,
+    PIECE_MOST = 40,   /* triangles of a piece at first; if it is not sound it is cut into single ones */
     PIECE_LEAST = 6,   /* a smaller one goes to a neighbour */
     WIDENINGS_MAX = 2, /* of holes that cannot be closed */
     MARGIN_CELLS = 3,  /* of the sheet around holes, */
     MARGIN_NEAR = 2,   /* and around what is looked at */
-    NEAR_RINGS = 2,
+    NEAR_CELLS = 2,    /* around what may be wrong, and a ring of triangles around those there */
+    LOOKS_MAX = 3,     /* farther around places where that was too near */
     UNTRIED = -2       /* to be pinned when a seam comes there */
 };
 #define NEAR_SHARE 0.3    /* of a component's triangles: with more that may be wrong it is looked at as a whole */
@@ -49,16 +48,50 @@ static bool is_checked(const Graft *g, int t)
     return k == NONE || g->checked[k] || g->near[t];
 }
 
-/* What may be wrong with components that do not match: faulty triangles, and those that lean, with rings around them. */
-static void find_near(Graft *g)
+/* Sets near for what has a corner near the cells of hit[ncell], with a ring around it, of components that do not match: cells, because what
+ * comes near to a place, and shall be joined with it, may be far along the mesh. Was any of it not set? */
+static bool look_near(Graft *g, const uint8_t *hit)
 {
     const Mesh *m = g->mesh;
-    for (int t = 0; t < m->ntri; t++) g->near[t] = g->plan->drop[t] || g->plan->lean[t];
-    for (int k = 0; k < NEAR_RINGS; k++) add_ring(m, g->near);
+    bool any = false;
+    uint8_t *cell = NEW0(uint8_t, g->iso->ncell), *mark = NEW0(uint8_t, m->ntri);
+    for (int c = 0; c < g->iso->ncell; c++)
+        if (hit[c]) iso_mark_beside(g->iso, c, NEAR_CELLS, cell);
+    for (int v = 0; v < m->nvert; v++) {
+        int c = iso_cell_near(g->iso, m->pos[v]), h = m->out[v];
+        if (c == NONE || !cell[c]) continue;
+        do mark[h / 3] = 1;
+        while ((h = he_around(m, h)) != m->out[v]);
+    }
+    add_ring(m, mark);
     for (int t = 0; t < m->ntri; t++) {
         int k = component_of(g, t);
-        g->near[t] = g->near[t] && k != NONE && g->plan->wrong[k];
+        if (!mark[t] || g->near[t] || k == NONE || !g->plan->wrong[k]) continue;
+        g->near[t] = 1;
+        any = true;
     }
+    mem_free(cell);
+    mem_free(mark);
+    return any;
+}
+
+static void mark_cells(const Graft *g, int t, uint8_t *hit)
+{
+    const int32_t *c = g->mesh->corner + 3 * t;
+    const Vec3 *pos = g->mesh->pos;
+    iso_mark_cells(g->iso, pos[c[0]], pos[c[1]], pos[c[2]], hit);
+}
+
+/* What may be wrong with components that do not match: faulty triangles, and those that lean, and what is near them. */
+static void find_near(Graft *g)
+{
+    uint8_t *hit = NEW0(uint8_t, g->iso->ncell);
+    for (int t = 0; t < g->mesh->ntri; t++) {
+        int k = component_of(g, t);
+        if ((g->plan->drop[t] || g->plan->lean[t]) && k != NONE && g->plan->wrong[k]) mark_cells(g, t, hit);
+    }
+    look_near(g, hit);
+    mem_free(hit);
 }
 
 /* Components that do not match are looked at as a whole where there is no telling what is near, or that is much of them. */
@@ -69,7 +102,7 @@ static void choose_checked(Graft *g)
         int k = component_of(g, t);
         if (k != NONE) all[k]++, near[k] += g->near[t];
     }
-    for (int k = 0; k < g->iso->ncomp; k++) g->checked[k] = g->plan->wrong[k] && (!g->plan->locally || near[k] == 0 || near[k] > NEAR_SHARE * all[k]);
+    for (int k = 0; k < g->iso->ncomp; k++) g->checked[k] = g->checked[k] || (g->plan->wrong[k] && (!g->plan->locally || near[k] == 0 || near[k] > NEAR_SHARE * all[k]));
     mem_free(near);
     mem_free(all);
 }
@@ -132,7 +165,7 @@ static void label_pieces(Graft *g)
 {
     g->nlabel = 0;
     for (int t = 0; t < g->mesh->ntri; t++) g->label[t] = g->drop[t] ? LABEL_HOLE : is_checked(g, t) ? LABEL_NEAR : LABEL_FAR;
-    cut_pieces(g, PIECE_TRIANGLES[0], true);
+    cut_pieces(g, PIECE_MOST, true);
 }
 
 /* --- the sheet and its seams -------------------------------------------------------------------------------------------- */
@@ -262,14 +295,13 @@ static void trace_and_look(Graft *g, int first)
     graft_look(g);
 }
 
-/* Cuts what is not sound smaller. */
+/* Cuts what is not sound into single triangles. */
 static void match_closely(Graft *g)
 {
-    for (int k = 1; k < PIECE_SIZES && graft_find_unsound(g); k++) {
-        int first = g->nseam;
-        cut_pieces(g, PIECE_TRIANGLES[k], false);
-        trace_and_look(g, first);
-    }
+    int first = g->nseam;
+    if (!graft_find_unsound(g)) return;
+    cut_pieces(g, 1, false);
+    trace_and_look(g, first);
 }
 
 /* Widens the holes whose patches leak, `left` more times, as far as the sheet goes. False: some leak all the same. */
@@ -284,6 +316,24 @@ static bool stop_leaks(Graft *g, uint8_t *beside, int *left)
         trace_and_look(g, first);
     }
     return true;
+}
+
+/* Gives up what is around twisted vertices. False: it is dropped, and all of its component is to be looked at, so that what is around it can
+ * be closed. That is always so where a hole may be spared: it would be again and again. */
+static bool untwist(Graft *g, const uint8_t *around)
+{
+    int first = g->nseam;
+    bool done = true;
+    for (int t = 0; t < g->mesh->ntri; t++) {
+        if (!around[t]) continue;
+        int k = component_of(g, t);
+        if (k == NONE || g->plan->wrong[k] || g->checked[k]) give_up_triangle(g, t);
+        if (g->label[t] == LABEL_HOLE) continue;
+        g->drop[t] = g->checked[k] = 1;
+        done = false;
+    }
+    if (done) trace_and_look(g, first);
+    return done;
 }
 
 /* What may not stay: a triangle that is only far from the surface may. */
@@ -313,32 +363,70 @@ static void spare_hole(Graft *g, int t, int32_t *stack)
     }
 }
 
-/* What cannot be sewn is widened, then spared. */
+/* How a match goes on after one that failed. */
+typedef struct Trial {
+    int widenings, looks; /* left */
+    uint8_t *beside;      /* [ntri] */
+    uint8_t *farther;     /* [ncell] near these more is to be looked at */
+    int32_t *stack;       /* [ntri] */
+} Trial;
+
+/* Of components looked at in part more is; other holes are widened, then spared. */
+static void go_beyond_leaks(Graft *g, Trial *x)
+{
+    for (int t = 0; t < g->mesh->ntri; t++) {
+        if (!x->beside[t]) continue;
+        int k = component_of(g, t);
+        if (k != NONE && is_looked_at_in_part(g, k)) mark_cells(g, t, x->farther);
+        else if (x->widenings > 0) g->drop[t] = 1;
+        else if (g->drop[t]) spare_hole(g, t, x->stack);
+    }
+}
+
+/* False: more is dropped, or a hole is gone, or more is looked at, or will be. */
+static bool try_match(Graft *g, Trial *x)
+{
+    find_whole(g);
+    label_pieces(g);
+    build_sheet(g);
+    forget_seams(g);
+    trace_and_look(g, 0);
+    match_closely(g);
+    for (;;) {
+        if (!stop_leaks(g, x->beside, &x->widenings)) {
+            go_beyond_leaks(g, x);
+            return false;
+        }
+        if (graft_find_ends(g, x->farther) || find_whole(g) || graft_find_torn(g, x->farther)) return false;
+        if (!graft_find_twisted(g, x->beside)) return !graft_find_unbalanced(g);
+        if (!untwist(g, x->beside)) return false;
+        match_closely(g);
+    }
+}
+
+static void look_farther(Graft *g, Trial *x)
+{
+    if (!memchr(x->farther, 1, (size_t)g->iso->ncell)) return;
+    bool more = x->looks-- > 0 && look_near(g, x->farther);
+    for (int k = 0; k < g->iso->ncomp && !more; k++)
+        if (is_looked_at_in_part(g, k)) g->checked[k] = 1;
+    choose_checked(g);
+    memset(x->farther, 0, (size_t)g->iso->ncell);
+}
+
 static void match_pieces(Graft *g)
 {
-    int ntri = g->mesh->ntri, left = WIDENINGS_MAX;
-    uint8_t *beside = NEW(uint8_t, ntri);
-    int32_t *stack = NEW(int32_t, ntri);
-    for (;;) { /* each time more is dropped, or a hole is gone, or more is looked at */
-        find_whole(g);
-        label_pieces(g);
-        build_sheet(g);
-        forget_seams(g);
-        trace_and_look(g, 0);
-        match_closely(g);
-        bool closed = stop_leaks(g, beside, &left);
-        if (closed && !find_whole(g) && !graft_find_unbalanced(g) && !graft_find_torn(g)) break;
-        for (int t = 0; t < ntri && !closed; t++) {
-            if (!beside[t]) continue;
-            if (left > 0) g->drop[t] = 1;
-            else if (g->drop[t]) spare_hole(g, t, stack);
-        }
+    int ntri = g->mesh->ntri;
+    Trial x = {WIDENINGS_MAX, LOOKS_MAX, NEW(uint8_t, ntri), NEW0(uint8_t, g->iso->ncell), NEW(int32_t, ntri)};
+    while (!try_match(g, &x)) {
+        look_farther(g, &x);
         sheet_free(&g->sheet);
     }
     graft_take(g);
     graft_forget(g);
-    mem_free(beside);
-    mem_free(stack);
+    mem_free(x.beside);
+    mem_free(x.farther);
+    mem_free(x.stack);
 }
 
 /* --- all of it ------------------------------------------------------------------------------------------------------------ */
@@ -402,8 +490,8 @@ static void leave_out_specks(Graft *g, uint8_t *speck)
 
 void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, MendStat *stat)
 {
-    Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .near = NEW(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
-               .checked = NEW(uint8_t, iso->ncomp), .label = NEW(int32_t, mesh->ntri),
+    Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .near = NEW0(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
+               .checked = NEW0(uint8_t, iso->ncomp), .label = NEW(int32_t, mesh->ntri),
                .pinned = NEW(int32_t, mesh->nvert), .seam_of = NEW(int32_t, 3 * mesh->ntri)};
     find_near(&g);
     choose_checked(&g);

@@ -7,8 +7,8 @@
  * topology by construction, wherever the mesh was wrong and whether or not a fault was found there, and a blend, a split, a
  * hole need no cases of their own. Of a component that matches only the faulty places are holes, with a ring around them, and the rest is
  * trusted: a patch must be closed by its hole's seams and have its topology, or the hole is widened, and at last left as it was.
- * Of a component that does not match but is faulty, or leans, in few places only these are cut into pieces at first, if that gives it
- * the isosurface's Euler characteristic.
+ * Of a component that does not match but is faulty, or leans, in few places only these and what is near them are cut into pieces at
+ * first, and more where the isosurface goes on and they do not, if that gives it the isosurface's Euler characteristic.
  * Dropped vertices that lie soundly on the surface are put into the patches and keep their identities.
  *
  * (DESIGN's dual of a geodesic Voronoi diagram makes all of a component anew and puts old triangles back; here they are

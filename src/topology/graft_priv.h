@@ -1,4 +1,4 @@
-/* graft_priv.h: a graft under way: graft.c cuts the mesh into pieces, match.c tells which of them the isosurface has, sew.c
+/* graft_priv.h: a graft under way: graft.c cuts the mesh into pieces, match.c and twist.c tell which of them the isosurface has, sew.c
  * puts patches in place of the others. */
 #pragma once
 #include "topology/graft.h"
@@ -52,6 +52,8 @@ typedef struct Graft {
     int nedge, capedge;
     Parts piece, region;   /* as last looked at: of the mesh and of the sheet */
     Claims claims;
+    uint8_t *sound;        /* [pieces] */
+    uint8_t *patch;        /* [regions] */
     int nregion;           /* patches, once matched */
     int32_t *euler;        /* [nregion] as MendPatch says; given to the first of those that share holes */
 } Graft;
@@ -62,20 +64,31 @@ typedef struct Graft {
 void graft_look(Graft *g);
 void graft_forget(Graft *g);
 /* A piece is sound that is bordered as one region is and has its Euler characteristic. Sets label to LABEL_NEAR for the triangles of the
- * others. Are there any? */
+ * others that can be cut smaller. Are there any? */
 bool graft_find_unsound(Graft *g);
 /* Patches that run into what was not looked at, end with the sheet, or are not like the holes they close: beside[ntri] is set for the
  * triangles on both sides of the seams between these holes and what was not looked at. Are there any? */
 bool graft_find_leaks(Graft *g, uint8_t *beside);
-/* Sets checked for the components that do not match, are not, and would not have their Euler characteristic with the patches. Are there any? */
+/* Is only a part of the component, which does not match, looked at? */
+bool is_looked_at_in_part(const Graft *g, int comp);
+/* Of components looked at in part: farther[iso->ncell] is set where the sheet ends and what was looked at does not. Does it anywhere? */
+bool graft_find_ends(const Graft *g, uint8_t *farther);
+/* Sets checked for the components looked at in part that would not have their Euler characteristic with the patches. Are there any? */
 bool graft_find_unbalanced(Graft *g);
-/* Where what is kept of the mesh and the patches would not meet along a seam, all of the component is looked at, or dropped if it was
- * already; where they would along all seams but not around a vertex, all around that is dropped, and the component
- * looked at. Are there any such? */
-bool graft_find_torn(Graft *g);
+/* Where what is kept of the mesh and the patches would not meet along a seam: of components looked at in part farther[iso->ncell] is set
+ * there, others are looked at as a whole, or dropped if they were already. Is there any such? */
+bool graft_find_torn(Graft *g, uint8_t *farther);
+/* Is triangle t of the mesh kept, being trusted or part of a sound piece? */
+bool graft_keeps(const Graft *g, int t);
 /* Without leaks: sound pieces stay, and what the others, and the holes, stand for become the patches: drop is set for their
  * triangles, the sheet's regions are numbered, and the seams that are live lead along kept triangles, these to their left. */
 void graft_take(Graft *g);
+
+/* --- twist.c ----------------------------------------------------------------------------------------------------------- */
+
+/* Where what is kept and the patches would meet along all seams but not around a vertex, around[ntri] is set for the triangles around
+ * that. Is there any such? */
+bool graft_find_twisted(const Graft *g, uint8_t *around);
 
 /* --- sew.c ------------------------------------------------------------------------------------------------------------ */
 

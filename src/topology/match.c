@@ -157,15 +157,29 @@ static uint8_t *find_leaks(const Graft *g, const Parts *piece, const Parts *regi
     return leak;
 }
 
-/* sound[pieces]: the region it owns is owned by it alone, and is like it. */
-static uint8_t *find_sound(const Parts *piece, const Parts *region, const Claims *c)
+/* A piece is sound if the region it owns is owned by it alone, and is like it. */
+static uint8_t *find_sound(const Graft *g)
 {
-    uint8_t *sound = NEW0(uint8_t, piece->n);
-    for (int k = 0; k < piece->n; k++) {
+    const Claims *c = &g->claims;
+    uint8_t *sound = NEW(uint8_t, g->piece.n);
+    for (int k = 0; k < g->piece.n; k++) {
         int r = c->region[k];
-        sound[k] = r >= 0 && c->owner[r] == k && region->euler2[r] == piece->euler2[k];
+        sound[k] = r >= 0 && c->owner[r] == k && g->region.euler2[r] == g->piece.euler2[k];
     }
     return sound;
+}
+
+/* Of the sheet all is a patch but what sound pieces stand for and what was not looked at. */
+static uint8_t *find_patches(const Graft *g)
+{
+    const Sheet *s = &g->sheet;
+    const Claims *c = &g->claims;
+    uint8_t *patch = NEW(uint8_t, g->region.n);
+    for (int t = 0; t < s->ntri; t++) {
+        int r = g->region.of[t], who = c->owner[r], comp = s->home[s->corner[3 * t]];
+        patch[r] = who == NOBODY ? g->checked[comp] || g->whole[comp] : who != c->far && !(who >= 0 && who < g->piece.n && g->sound[who]);
+    }
+    return patch;
 }
 
 /* Seams between what is kept and what is not lead along kept triangles, these to their left; the others are no more. */
@@ -197,18 +211,20 @@ static void turn_seams(Graft *g)
 }
 
 /* The regions from here on are the patches. euler2[nregion]: twice their Euler characteristic; the caller frees it. */
-static int32_t *number_patches(Graft *g, const Parts *region, const uint8_t *patch)
+static int32_t *number_patches(Graft *g)
 {
+    const uint8_t *patch = g->patch;
+    const int32_t *of = g->region.of;
     Sheet *s = &g->sheet;
     int32_t *beside = NEW(int32_t, 3 * s->ntri);
-    for (int h = 0; h < 3 * s->ntri; h++) beside[h] = s->opp[h] == NONE || patch[region->of[h / 3]] != patch[region->of[s->opp[h] / 3]] ? h / 3 : s->opp[h] / 3;
+    for (int h = 0; h < 3 * s->ntri; h++) beside[h] = s->opp[h] == NONE || patch[of[h / 3]] != patch[of[s->opp[h] / 3]] ? h / 3 : s->opp[h] / 3;
     Parts p = find_parts(s->nvert, s->ntri, s->corner, beside, NULL);
     int32_t *number = NEW(int32_t, p.n), *euler2 = NEW(int32_t, p.n);
     for (int k = 0; k < p.n; k++) number[k] = NONE;
     g->nregion = 0;
     for (int t = 0; t < s->ntri; t++) {
         int k = p.of[t];
-        if (!patch[region->of[t]]) continue;
+        if (!patch[of[t]]) continue;
         if (number[k] == NONE) euler2[g->nregion] = p.euler2[k], number[k] = g->nregion++;
         s->region[t] = number[k];
     }
@@ -258,6 +274,8 @@ void graft_look(Graft *g)
     graft_forget(g);
     parallel_for(2, 1, find_block, g);
     g->claims = settle_claims(g, &g->piece, &g->region);
+    g->sound = find_sound(g);
+    g->patch = find_patches(g);
 }
 
 void graft_forget(Graft *g)
@@ -265,20 +283,28 @@ void graft_forget(Graft *g)
     claims_free(&g->claims);
     parts_free(&g->piece);
     parts_free(&g->region);
+    mem_free(g->sound);
+    mem_free(g->patch);
+    g->sound = g->patch = NULL;
     g->claims = (Claims){0};
     g->piece = g->region = (Parts){0};
 }
 
+/* Is t a piece of its own? */
+static bool is_single(const Graft *g, int t)
+{
+    const int32_t *o = g->mesh->opp + 3 * t, *of = g->piece.of;
+    return of[o[0] / 3] != of[t] && of[o[1] / 3] != of[t] && of[o[2] / 3] != of[t];
+}
+
 bool graft_find_unsound(Graft *g)
 {
-    uint8_t *sound = find_sound(&g->piece, &g->region, &g->claims);
     bool any = false;
     for (int t = 0; t < g->mesh->ntri; t++) {
-        if (g->label[t] < 0 || sound[g->piece.of[t]]) continue;
-        g->label[t] = LABEL_NEAR;
+        if (g->label[t] < 0 || g->sound[g->piece.of[t]] || is_single(g, t)) continue;
         any = true;
+        g->label[t] = LABEL_NEAR;
     }
-    mem_free(sound);
     return any;
 }
 
@@ -338,8 +364,7 @@ static void count_euler(const Graft *g, int32_t *euler2)
     mem_free(seen);
 }
 
-/* Is only a part of the component, which does not match, looked at? */
-static bool is_looked_at_in_part(const Graft *g, int comp) { return g->plan->wrong[comp] && !g->checked[comp] && !g->whole[comp]; }
+bool is_looked_at_in_part(const Graft *g, int comp) { return g->plan->wrong[comp] && !g->checked[comp] && !g->whole[comp]; }
 
 static bool any_looked_at_in_part(const Graft *g)
 {
@@ -348,37 +373,32 @@ static bool any_looked_at_in_part(const Graft *g)
     return any;
 }
 
-bool graft_find_unbalanced(Graft *g)
+bool graft_find_ends(const Graft *g, uint8_t *farther)
 {
     const Sheet *s = &g->sheet;
     bool any = false;
+    for (int i = 0; i < g->nedge; i++) {
+        int h = g->edge[i];
+        if (s->opp[h] != NONE || !is_looked_at(g, h) || !is_looked_at_in_part(g, s->home[s->corner[h]])) continue;
+        farther[s->cell[h / 3]] = 1;
+        any = true;
+    }
+    return any;
+}
+
+bool graft_find_unbalanced(Graft *g)
+{
+    bool any = false;
     if (!any_looked_at_in_part(g)) return false;
     int32_t *euler2 = NEW0(int32_t, g->iso->ncomp);
-    uint8_t *ends = NEW0(uint8_t, g->iso->ncomp); /* what was looked at does so where the sheet does */
     count_euler(g, euler2);
-    for (int h = 0; h < 3 * s->ntri; h++)
-        if (s->opp[h] == NONE && is_looked_at(g, h)) ends[s->home[s->corner[h]]] = 1;
     for (int k = 0; k < g->iso->ncomp; k++) {
-        if (!is_looked_at_in_part(g, k) || (!ends[k] && euler2[k] == 2 * g->iso->comp_euler[k])) continue;
+        if (!is_looked_at_in_part(g, k) || euler2[k] == 2 * g->iso->comp_euler[k]) continue;
         g->checked[k] = 1;
         any = true;
     }
     mem_free(euler2);
-    mem_free(ends);
     return any;
-}
-
-/* patch[regions]: all but what sound pieces stand for and what was not looked at. */
-static uint8_t *find_patches(const Graft *g, const uint8_t *sound)
-{
-    const Sheet *s = &g->sheet;
-    const Claims *c = &g->claims;
-    uint8_t *patch = NEW(uint8_t, g->region.n);
-    for (int t = 0; t < s->ntri; t++) {
-        int r = g->region.of[t], who = c->owner[r], comp = s->home[s->corner[3 * t]];
-        patch[r] = who == NOBODY ? g->checked[comp] || g->whole[comp] : who != c->far && !(who >= 0 && who < g->piece.n && sound[who]);
-    }
-    return patch;
 }
 
 /* The component is looked at as a whole; if it was already, it goes. */
@@ -389,117 +409,35 @@ static void distrust(Graft *g, int comp)
     g->checked[comp] = 1;
 }
 
-/* Is triangle t of the mesh kept? */
-static bool is_kept(const Graft *g, const uint8_t *sound, int t)
+bool graft_keeps(const Graft *g, int t)
 {
-    return g->label[t] == LABEL_FAR || (g->label[t] >= 0 && sound[g->piece.of[t]]);
+    return g->label[t] == LABEL_FAR || (g->label[t] >= 0 && g->sound[g->piece.of[t]]);
 }
 
-/* The seams between what is kept and what is not, clockwise around a vertex. */
-typedef struct Spokes {
-    int n, cap;
-    int32_t *seam;
-    bool kept;    /* something is */
-} Spokes;
-
-static void add_spoke(Spokes *k, int seam)
-{
-    RESERVE(k->seam, k->cap, k->n + 1);
-    k->seam[k->n++] = seam;
-}
-
-static void find_mesh_spokes(const Graft *g, const uint8_t *sound, int v, Spokes *k)
-{
-    const Mesh *m = g->mesh;
-    int h = m->out[v];
-    k->n = 0;
-    k->kept = false;
-    do {
-        bool kept = is_kept(g, sound, h / 3);
-        k->kept = k->kept || kept;
-        if (kept != is_kept(g, sound, m->opp[h] / 3)) add_spoke(k, g->seam_of[h]);
-    } while ((h = he_around(m, h)) != m->out[v]);
-}
-
-static void find_sheet_spokes(const Graft *g, const uint8_t *patch, int v, Spokes *k)
+bool graft_find_torn(Graft *g, uint8_t *farther)
 {
     const Sheet *s = &g->sheet;
-    k->n = 0;
-    k->kept = false;
-    for (int h = s->out[v]; h != NONE; h = sheet_around(s, v, h)) {
-        bool kept = !patch[g->region.of[h / 3]];
-        k->kept = k->kept || kept;
-        if (s->opp[h] != NONE && kept == patch[g->region.of[s->opp[h] / 3]]) add_spoke(k, s->seam[h] >> 1);
-    }
-}
-
-static bool are_same_spokes(const Spokes *a, const Spokes *b)
-{
-    int turn = 0;
-    if (a->n != b->n || a->kept != b->kept) return false;
-    while (turn < b->n && b->seam[turn] != a->seam[0]) turn++;
-    for (int i = 0; i < a->n; i++)
-        if (a->seam[i] != b->seam[(turn + i) % b->n]) return false;
-    return true;
-}
-
-/* A piece that comes to a vertex more than once may do so in another order on the sheet, where it is folded there: sewn, two umbrellas
- * would share the vertex. Drops what is around such vertices, and has all of their components looked at: what is can be closed, and so is
- * not spared again. Are there any? */
-static bool drop_twisted(Graft *g, const uint8_t *sound, const uint8_t *patch)
-{
-    const Mesh *m = g->mesh;
-    bool any = false;
-    Spokes mesh = {0}, sheet = {0};
-    for (int v = 0; v < m->nvert; v++) {
-        if (g->pinned[v] < 0) continue;
-        find_mesh_spokes(g, sound, v, &mesh);
-        if (!mesh.kept) continue;
-        find_sheet_spokes(g, patch, g->pinned[v], &sheet);
-        if (are_same_spokes(&mesh, &sheet)) continue;
-        int h = m->out[v];
-        do g->drop[h / 3] = 1;
-        while ((h = he_around(m, h)) != m->out[v]);
-        g->checked[g->plan->comp[v]] = 1;
-        any = true;
-    }
-    mem_free(mesh.seam);
-    mem_free(sheet.seam);
-    return any;
-}
-
-bool graft_find_torn(Graft *g)
-{
-    const Sheet *s = &g->sheet;
-    uint8_t *sound = find_sound(&g->piece, &g->region, &g->claims), *patch = find_patches(g, sound), *torn = NEW0(uint8_t, g->iso->ncomp);
+    uint8_t *torn = NEW0(uint8_t, g->iso->ncomp);
     bool any = false;
     for (int i = 0; i < g->nedge; i++) {
-        int h = g->edge[i];
-        if (s->seam[h] == SEAM_NONE || !is_border(g, h)) continue;
-        torn[s->home[s->corner[h]]] |= is_kept(g, sound, mesh_side(g, h)) == patch[g->region.of[h / 3]];
-    }
-    for (int k = 0; k < g->iso->ncomp; k++) {
-        if (!torn[k]) continue;
-        distrust(g, k);
+        int h = g->edge[i], k = s->home[s->corner[h]];
+        if (s->seam[h] == SEAM_NONE || !is_border(g, h) || graft_keeps(g, mesh_side(g, h)) != g->patch[g->region.of[h / 3]]) continue;
+        if (is_looked_at_in_part(g, k)) farther[s->cell[h / 3]] = 1;
+        else torn[k] = 1;
         any = true;
     }
-    any = any || drop_twisted(g, sound, patch);
-    mem_free(sound);
-    mem_free(patch);
+    for (int k = 0; k < g->iso->ncomp; k++)
+        if (torn[k]) distrust(g, k);
     mem_free(torn);
     return any;
 }
 
 void graft_take(Graft *g)
 {
-    const Parts *piece = &g->piece, *region = &g->region;
-    uint8_t *sound = find_sound(piece, region, &g->claims), *patch = find_patches(g, sound);
     for (int t = 0; t < g->mesh->ntri; t++)
-        if (g->label[t] >= 0 && !sound[piece->of[t]]) g->drop[t] = 1;
+        if (g->label[t] >= 0 && !g->sound[g->piece.of[t]]) g->drop[t] = 1;
     turn_seams(g);
-    int32_t *euler2 = number_patches(g, region, patch);
+    int32_t *euler2 = number_patches(g);
     weigh_patches(g, euler2);
     mem_free(euler2);
-    mem_free(sound);
-    mem_free(patch);
 }

@@ -209,12 +209,12 @@ static void round_positions(Mesh *m)
 
 static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, int round, const Verdict *v, MendStat *stat)
 {
-    Map edges;
+    Map edges = {0};
     int first = m->nvert;
     uint8_t *speck = NEW(uint8_t, iso->ncomp);
     GraftPlan plan = {.comp = v->faults.comp, .drop = v->faults.tri, .cell = v->faults.cell, .whole = v->whole, .wrong = v->wrong, .locally = round == 0,
                       .lean = v->faults.lean, .edge = opt->edge, .survivors = round < ROUND_STRICT, .thorough = v->thorough};
-    remember_edges(m, &v->faults, &edges);
+    if (ROUND_EDGE[round] > 0) remember_edges(m, &v->faults, &edges);
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
     graft_patches(iso, &plan, m, speck, stat);
     first = compact_new(m, first);

@@ -273,6 +273,39 @@ static void topology_changes_are_local(void **state)
     assert_change_is_local("ring opened", 40, fn_cut_torus, closed, fn_cut_torus, cut, 0.6);
 }
 
+/* Two balls that a rod joins now, and something seen to lean at the one's end of it alone: the other's is found from there. */
+static void what_is_looked_at_grows(void **state)
+{
+    (void)state;
+    const double apart[] = {12.3, 16.6, 16.8, 7, 30.3, 16.6, 16.8, 7, 0}, joined[] = {12.3, 16.6, 16.8, 7, 30.3, 16.6, 16.8, 7, 1.6};
+    Scene a, b;
+    scene_make(&a, 44, fn_rod, apart);
+    scene_make(&b, 44, fn_rod, joined);
+    Mesh m = mesh_of(&a);
+    field_project(&b.field, m.nvert, m.pos, 1.0, NULL);
+    Mesh was = copy_of(&m);
+    int32_t *comp = NEW0(int32_t, m.nvert);
+    uint8_t *drop = NEW0(uint8_t, m.ntri), *lean = NEW0(uint8_t, m.ntri), *cell = NEW0(uint8_t, b.iso.ncell), whole[1] = {0}, wrong[1] = {1}, speck[1];
+    for (int t = 0; t < m.ntri; t++) lean[t] = v_dist(m.pos[m.corner[3 * t]], vec3(19.3, 16.6, 16.8)) < 2;
+    MendStat stat = {0};
+    assert_int_equal(b.iso.ncomp, 1);
+    graft_patches(&b.iso, &(GraftPlan){.comp = comp, .drop = drop, .cell = cell, .whole = whole, .wrong = wrong, .locally = true, .lean = lean, .edge = EDGE}, &m, speck, &stat);
+    mesh_compact(&m, NULL);
+    assert_null(mesh_check(&m));
+    assert_int_equal(mesh_components(&m, NULL, NULL), 1);
+    assert_int_equal(m.nvert - m.ntri / 2, 2);
+    assert_true(unmoved(&was, &m) > 0.8 * was.nvert);
+    mem_free(comp);
+    mem_free(drop);
+    mem_free(lean);
+    mem_free(cell);
+    mem_free(stat.patch);
+    mesh_free(&m);
+    mesh_free(&was);
+    scene_free(&a);
+    scene_free(&b);
+}
+
 static void births_deaths_and_swallowed_droplets(void **state)
 {
     (void)state;
@@ -397,14 +430,12 @@ static void order_around_a_vertex_is_kept(void **state)
         mesh_init(&m);
         mesh_append(&m, 10, pos, NULL, 16, tri);
         IsoSurface iso = {.ncomp = 1};
-        uint8_t none[1] = {0}, checked[1] = {0}, drop[16] = {0}, open[2] = {0};
-        int32_t label[16] = {0, 0, LABEL_HOLE, LABEL_HOLE, 0, 0, LABEL_HOLE, LABEL_HOLE}, pinned[10], seam_of[48], edge[8], comp[10] = {0};
-        int32_t piece_of[16] = {0}, region_of[8] = {0, 0, 1, 1, 0, 0, 1, 1}, euler2[2] = {0}, owner[2] = {0, 1}, owned[3] = {0, 1, NOBODY};
+        uint8_t sound[1] = {1}, patch[2] = {0, 1}, around[16];
+        int32_t label[16] = {0, 0, LABEL_HOLE, LABEL_HOLE, 0, 0, LABEL_HOLE, LABEL_HOLE}, pinned[10], seam_of[48];
+        int32_t piece_of[16] = {0}, region_of[8] = {0, 0, 1, 1, 0, 0, 1, 1}, euler2[2] = {0};
         Seam seam[4];
-        GraftPlan plan = {.comp = comp, .wrong = none};
-        Graft g = {.iso = &iso, .plan = &plan, .mesh = &m, .drop = drop, .whole = none, .checked = checked, .label = label, .nlabel = 1, .pinned = pinned,
-                   .seam = seam, .nseam = 4, .seam_of = seam_of, .edge = edge, .piece = {1, piece_of, euler2}, .region = {2, region_of, euler2},
-                   .claims = {1, 2, owner, open, owned}};
+        Graft g = {.iso = &iso, .mesh = &m, .label = label, .nlabel = 1, .pinned = pinned, .seam = seam, .nseam = 4, .seam_of = seam_of,
+                   .piece = {1, piece_of, euler2}, .region = {2, region_of, euler2}, .sound = sound, .patch = patch};
         make_fan(&g.sheet, RIM[twisted]);
         for (int v = 0; v < 10; v++) pinned[v] = v == 0 ? 0 : NONE;
         for (int h = 0; h < 48; h++) seam_of[h] = NONE;
@@ -413,12 +444,8 @@ static void order_around_a_vertex_is_kept(void **state)
             seam[k] = (Seam){h, 0, 2 * k + 1, 0, 0, false};
             seam_of[h] = seam_of[m.opp[h]] = k;
         }
-        for (int h = 0; h < 24; h++)
-            if (g.sheet.seam[h] != SEAM_NONE) edge[g.nedge++] = h;
-        assert_int_equal(g.nedge, 8);
-        assert_int_equal(graft_find_torn(&g), twisted);
-        assert_int_equal(checked[0], twisted);
-        for (int t = 0; t < 16; t++) assert_int_equal(drop[t], twisted && t < 8);
+        assert_int_equal(graft_find_twisted(&g, around), twisted);
+        for (int t = 0; t < 16; t++) assert_int_equal(around[t], twisted && t < 8);
         sheet_free(&g.sheet);
         mesh_free(&m);
     }
@@ -432,6 +459,7 @@ int main(void)
         cmocka_unit_test(what_a_patch_borders_on_stays),
         cmocka_unit_test(triangles_that_cut_corners_lean),
         cmocka_unit_test(topology_changes_are_local),
+        cmocka_unit_test(what_is_looked_at_grows),
         cmocka_unit_test(births_deaths_and_swallowed_droplets),
         cmocka_unit_test(seams_cut_the_sheet),
         cmocka_unit_test(order_around_a_vertex_is_kept),
