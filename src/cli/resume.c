@@ -25,14 +25,20 @@ static void save_settings(const Options *o, Store *s)
     }
 }
 
-static bool check_settings(const Options *o, Store *s, Err *err)
+/* What is written, and of which frames: another run's affair. */
+static bool is_of_outputs(int i)
+{
+    return i == OPT_FORMAT || i == OPT_GLTF_INTERPOLATION || i == OPT_COMPRESS || i == OPT_UP || i == OPT_SCALE || i == OPT_FRAMES || i == OPT_ON_ERROR;
+}
+
+static bool check_settings(const Options *o, bool is_start, Store *s, Err *err)
 {
     for (int i = 0; i < OPTION_COUNT && !s->bad; i++) {
         if (option_table[i].echo == OPTION_RUN) continue;
         const char *now = setting(o, i);
         char *was = NULL;
         store_text(s, &was);
-        bool same = s->bad || (was && now ? strcmp(was, now) == 0 : !was && !now);
+        bool same = (is_start && is_of_outputs(i)) || s->bad || (was && now ? strcmp(was, now) == 0 : !was && !now);
         if (!same)
             fail(err, ERR_USAGE, "--%s was %s in the run to go on with and is %s now; options must be the same", option_table[i].name,
                  was ? was : "not given", now ? now : "not given");
@@ -98,7 +104,7 @@ static bool pass_done(Run *run, Err *err)
 static bool go_on(Run *run, const Options *o, Store *s, Err *err)
 {
     int64_t step = run->step;
-    if (!check_settings(o, s, err)) return false;
+    if (!check_settings(o, false, s, err)) return false;
     store_run(run, s);
     if (s->bad) return false;
     if (run->step != step)
@@ -110,7 +116,7 @@ static bool go_on(Run *run, const Options *o, Store *s, Err *err)
 static bool start_from(Run *run, const Options *o, Store *s, Err *err)
 {
     int64_t step = run->step;
-    if (!check_settings(o, s, err)) return false;
+    if (!check_settings(o, true, s, err)) return false;
     store_run(run, s);
     run->step = step;
     run->shown = NONE;

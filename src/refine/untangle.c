@@ -3,6 +3,8 @@
 
 #include "mesh/intersect.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { ROUNDS_MAX = 12 };
@@ -106,6 +108,46 @@ static int find_pairs(const RefinedMesh *m, const Vec3 *landed, const Crossings 
     return n;
 }
 
+/* By so many of the steps that float32 has there, along the axis nearest to n; up where n is above 0. */
+static Vec3 nudged(Vec3 p, Vec3 n, int steps)
+{
+    int axis = fabs(n.x) > fabs(n.y) && fabs(n.x) > fabs(n.z) ? 0 : fabs(n.y) > fabs(n.z) ? 1 : 2;
+    float x = (float)v_get(p, axis), end = (v_get(n, axis) > 0) == (steps > 0) ? INFINITY : -INFINITY;
+    for (int k = 0; k < abs(steps); k++) x = nextafterf(x, end);
+    v_set(&p, axis, x);
+    return p;
+}
+
+/* Where mechanical triangles all but touch, the rounding of midpoints that lie flat may let their pieces run through one another: those
+ * midpoints go the least that there is outward or inward, where that leaves fewer of the pairs. Returns how many. */
+static int nudge_apart(RefinedMesh *m, const uint8_t *down, PairSearch *search, uint8_t *look, int left, TriPair **pair, int *cap)
+{
+    static const int STEPS[] = {1, -1, 2, -2, 4, -4};
+    enum { TRIALS = sizeof STEPS / sizeof *STEPS };
+    Vec3 *was = NEW(Vec3, m->nvert);
+    uint8_t *moved = NEW0(uint8_t, m->nvert);
+    int least = left, best = 0;
+    memcpy(was, m->pos, (size_t)m->nvert * sizeof *was);
+    for (int i = 0; i < left; i++)
+        for (int k = 0; k < 3; k++) {
+            int a = m->tri[3 * (*pair)[i].a + k], b = m->tri[3 * (*pair)[i].b + k];
+            moved[a] = down[a] == LIES_FLAT;
+            moved[b] = down[b] == LIES_FLAT;
+        }
+    look_around(m, moved, look);
+    for (int i = 0; i < left; i++) look[(*pair)[i].a] = look[(*pair)[i].b] = 1;
+    for (int i = 0; i <= TRIALS && left > 0; i++) {
+        int steps = i < TRIALS ? STEPS[i] : best; /* the best again, if none was good */
+        for (int v = 0; v < m->nvert; v++)
+            if (moved[v]) m->pos[v] = nudged(was[v], m->normal[v], steps);
+        left = pair_search_find(search, look, pair, cap);
+        if (left < least) least = left, best = steps;
+    }
+    mem_free(was);
+    mem_free(moved);
+    return left;
+}
+
 int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, const Crossings *mech, int *flattened)
 {
     TriPair *pair = NULL;
@@ -137,6 +179,7 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         more = mark_parents(m, top, down) || more;
         if (!more) break;
     }
+    if (left) left = nudge_apart(m, down, search, look, left, &pair, &cap);
     give_area(m, landed, down);
     for (int v = 0; v < m->nvert; v++) {
         *flattened += down[v] == LIES_FLAT;

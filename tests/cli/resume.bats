@@ -132,6 +132,9 @@ stop_at_third() {
     mesh balls.####.npy -o whole/all
     cmp whole/all.mechanical.0005.ply cut/second.mechanical.0005.ply
     cmp whole/all.geometric.0006.ply cut/second.geometric.0006.ply
+    mesh balls.####.npy --frames 3-5 --format glb -o cut/other --start-from whole/first.state
+    expect 0
+    [ -f cut/other.geometric.glb ]
     mesh balls.000[456].npy -o cut/third --start-from whole/first.state
     expect 3 "whole/first.state" "frame 3"
     mesh balls.000[456].npy -o cut/third --start-from nowhere.state

@@ -580,6 +580,31 @@ static void pieces_laid_flat_keep_an_area(void **state)
     scene_free(&s);
 }
 
+/* A triangle whose plane rises by the last bit of float32 above another one. The middle of its edge is rounded down: half of it lies in
+ * the other's plane then, and on it. */
+static void rounded_middles_are_kept_apart(void **state)
+{
+    (void)state;
+    static const double k[] = {13.3, 13.6, 13.8, 8};
+    const double y = 0.4375, up = ldexp(1, -25);
+    Vec3 pos[7] = {{0, y, 0}, {1, y + up, 0}, {0.5, y, 1}, {0.35, y, 0.05}, {0.45, y, 0.05}, {0.4, y, 0.15}, {0.5, y, 0}}, normal[7];
+    int32_t ends[7][2] = {{NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {0, 1}};
+    int32_t tri[] = {0, 6, 2, 6, 1, 2, 3, 4, 5}, parent[] = {0, 0, 1}, coarse[] = {0, 1, 2, 3, 4, 5};
+    RefinedMesh m = {.nvert = 7, .ntri = 3, .pos = pos, .normal = normal, .ends = ends, .tri = tri, .parent = parent};
+    Crossings none = {.ntri = 2};
+    TriPair *pair = NULL;
+    int cap = 0, flattened;
+    Scene s;
+    for (int v = 0; v < 7; v++) pos[v] = v_round32(pos[v]), normal[v] = vec3(0, 1, 0);
+    assert_int_equal(intersect_find(&(TriSoup){2, pos, coarse}, NULL, &pair, &cap), 0);
+    assert_int_equal(intersect_find(&(TriSoup){3, pos, tri}, NULL, &pair, &cap), 1);
+    scene_make(&s, 28, fn_ball, k, 1.5);
+    assert_int_equal(refine_untangle(&m, &s.field, NULL, &none, &flattened), 0);
+    assert_true(pos[6].y == y + up);
+    mem_free(pair);
+    scene_free(&s);
+}
+
 static void crossing_pieces_are_laid_flat(void **state)
 {
     (void)state;
@@ -629,6 +654,7 @@ int main(void)
         cmocka_unit_test(identities_are_not_used_twice),
         cmocka_unit_test(midpoints_stay_at_home),
         cmocka_unit_test(crossing_pieces_are_laid_flat),
+        cmocka_unit_test(rounded_middles_are_kept_apart),
         cmocka_unit_test(balanced_triangles_are_nearer),
         cmocka_unit_test(pieces_laid_flat_keep_an_area),
         cmocka_unit_test(hernia_is_found_by_the_hessian),
