@@ -13,6 +13,7 @@ enum {
     MARGIN_NEAR = 2,   /* and around what is looked at */
     NEAR_CELLS = 2,    /* around what may be wrong, and a ring of triangles around those there */
     LOOKS_MAX = 3,     /* farther around places where that was too near */
+    TRIALS_MAX = 50,   /* three have been seen */
     UNTRIED = -2       /* to be pinned when a seam comes there */
 };
 #define NEAR_SHARE 0.3    /* of a component's triangles: with more that may be wrong it is looked at as a whole */
@@ -376,8 +377,8 @@ static void go_beyond_leaks(Graft *g, Trial *x)
 {
     for (int t = 0; t < g->mesh->ntri; t++) {
         if (!x->beside[t]) continue;
-        int k = component_of(g, t);
-        if (k != NONE && is_looked_at_in_part(g, k)) mark_cells(g, t, x->farther);
+        int v = g->mesh->corner[3 * t], k = g->plan->comp[v];
+        if (k != NONE && is_looked_at_in_part(g, k)) x->farther[iso_cell_near(g->iso, g->mesh->pos[v])] = 1; /* it has one, being on a component */
         else if (x->widenings > 0) g->drop[t] = 1;
         else if (g->drop[t]) spare_hole(g, t, x->stack);
     }
@@ -418,7 +419,8 @@ static void match_pieces(Graft *g)
 {
     int ntri = g->mesh->ntri;
     Trial x = {WIDENINGS_MAX, LOOKS_MAX, NEW(uint8_t, ntri), NEW0(uint8_t, g->iso->ncell), NEW(int32_t, ntri)};
-    while (!try_match(g, &x)) {
+    for (int trial = 0; !try_match(g, &x); trial++) {
+        if (trial == TRIALS_MAX) memset(g->drop, 1, (size_t)ntri); /* all anew, rather than for ever */
         look_farther(g, &x);
         sheet_free(&g->sheet);
     }
