@@ -43,15 +43,21 @@ static bool mark_down(const RefinedMesh *m, const Vec3 *landed, int npair, const
     return any;
 }
 
-/* Marks all midpoints of the mechanical triangles top[...]. */
-static bool mark_parents(const RefinedMesh *m, const uint8_t *top, uint8_t *down)
+/* How far down vertex v can be brought. */
+static int lowest(const RefinedMesh *m, const Vec3 *landed, int v)
+{
+    return m->ends[v][0] != NONE ? LIES_FLAT : v_len2(v_sub(m->pos[v], landed[v])) > 0 ? LANDS : STAYS;
+}
+
+/* Marks all vertices of the mechanical triangles top[...]: the midpoints to lie flat, and corners to land, or they would not. */
+static bool mark_parents(const RefinedMesh *m, const Vec3 *landed, const uint8_t *top, uint8_t *down)
 {
     bool any = false;
     for (int t = 0; t < m->ntri; t++)
         for (int k = 0; k < 3 && top[m->parent[t]]; k++) {
-            int v = m->tri[3 * t + k];
-            if (m->ends[v][0] == NONE || down[v] == LIES_FLAT) continue;
-            down[v] = LIES_FLAT;
+            int v = m->tri[3 * t + k], low = lowest(m, landed, v);
+            if (down[v] >= low) continue;
+            down[v] = (uint8_t)low;
             any = true;
         }
     return any;
@@ -176,7 +182,7 @@ int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, cons
         left = pair_search_find(search, look, &pair, &cap);
         more = mark_down(m, landed, left, pair, down);
         for (int i = 0; i < left && !more; i++) top[m->parent[pair[i].a]] = top[m->parent[pair[i].b]] = 1;
-        more = mark_parents(m, top, down) || more;
+        more = mark_parents(m, landed, top, down) || more;
         if (!more) break;
     }
     if (left) left = nudge_apart(m, down, search, look, left, &pair, &cap);

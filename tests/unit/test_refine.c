@@ -605,6 +605,27 @@ static void rounded_middles_are_kept_apart(void **state)
     scene_free(&s);
 }
 
+/* A triangle with a corner lifted by 1, and another one between where its farther half is and where it would be if that corner landed. */
+static void corners_of_flat_triangles_land(void **state)
+{
+    (void)state;
+    Scene s;
+    scene_make(&s, 24, fn_ball, (const double[]){11.3, 11.6, 11.8, 7}, 1.5);
+    Vec3 pos[] = {{0, 0, 0}, {4, 1, 0}, {0, 0, 4}, {1.5, 0.3, 0.3}, {1.5, 0.45, 0.3}, {1.6, 0.3, 0.4}, {2, 0.5, 0}, {2, 0.5, 2}, {0, 0, 2}};
+    int32_t ends[][2] = {{NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {NONE, NONE}, {0, 1}, {1, 2}, {0, 2}};
+    int32_t tri[] = {0, 6, 8, 6, 1, 7, 8, 7, 2, 6, 7, 8, 3, 4, 5}, parent[] = {0, 0, 0, 0, 1};
+    Vec3 landed[9], normal[9];
+    RefinedMesh m = {.nvert = 9, .ntri = 5, .pos = pos, .normal = normal, .ends = ends, .tri = tri, .parent = parent};
+    Crossings none = {.ntri = 2};
+    int flattened;
+    memcpy(landed, pos, sizeof pos);
+    for (int v = 0; v < 9; v++) normal[v] = vec3(0, 1, 0);
+    landed[1].y = 0;
+    assert_int_equal(refine_untangle(&m, &s.field, landed, &none, &flattened), 0);
+    for (int v = 0; v < 9; v++) assert_true(v / 3 == 1 || pos[v].y == 0);
+    scene_free(&s);
+}
+
 static void crossing_pieces_are_laid_flat(void **state)
 {
     (void)state;
@@ -655,6 +676,7 @@ int main(void)
         cmocka_unit_test(midpoints_stay_at_home),
         cmocka_unit_test(crossing_pieces_are_laid_flat),
         cmocka_unit_test(rounded_middles_are_kept_apart),
+        cmocka_unit_test(corners_of_flat_triangles_land),
         cmocka_unit_test(balanced_triangles_are_nearer),
         cmocka_unit_test(pieces_laid_flat_keep_an_area),
         cmocka_unit_test(hernia_is_found_by_the_hessian),
