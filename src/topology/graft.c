@@ -76,20 +76,15 @@ static bool look_near(Graft *g, const uint8_t *hit)
     return any;
 }
 
-static void mark_cells(const Graft *g, int t, uint8_t *hit)
-{
-    const int32_t *c = g->mesh->corner + 3 * t;
-    const Vec3 *pos = g->mesh->pos;
-    iso_mark_cells(g->iso, pos[c[0]], pos[c[1]], pos[c[2]], hit);
-}
-
 /* What may be wrong with components that do not match: faulty triangles, and those that lean, and what is near them. */
 static void find_near(Graft *g)
 {
+    const Mesh *m = g->mesh;
     uint8_t *hit = NEW0(uint8_t, g->iso->ncell);
-    for (int t = 0; t < g->mesh->ntri; t++) {
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
         int k = component_of(g, t);
-        if ((g->plan->drop[t] || g->plan->lean[t]) && k != NONE && g->plan->wrong[k]) mark_cells(g, t, hit);
+        if (k != NONE && g->plan->wrong[k] && (g->plan->drop[t] || g->plan->lean[t])) iso_mark_cells(g->iso, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]], hit);
     }
     look_near(g, hit);
     mem_free(hit);
@@ -103,7 +98,8 @@ static void choose_checked(Graft *g)
         int k = component_of(g, t);
         if (k != NONE) all[k]++, near[k] += g->near[t];
     }
-    for (int k = 0; k < g->iso->ncomp; k++) g->checked[k] = g->checked[k] || (g->plan->wrong[k] && (!g->plan->locally || near[k] == 0 || near[k] > NEAR_SHARE * all[k]));
+    for (int k = 0; k < g->iso->ncomp; k++)
+        if (g->plan->wrong[k] && (!g->plan->locally || near[k] == 0 || near[k] > NEAR_SHARE * all[k])) g->checked[k] = 1;
     mem_free(near);
     mem_free(all);
 }
