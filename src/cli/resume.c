@@ -28,7 +28,8 @@ static void save_settings(const Options *o, Store *s)
 /* What is written, and of which frames: another run's affair. */
 static bool is_of_outputs(int i)
 {
-    return i == OPT_FORMAT || i == OPT_GLTF_INTERPOLATION || i == OPT_COMPRESS || i == OPT_UP || i == OPT_SCALE || i == OPT_FRAMES || i == OPT_ON_ERROR;
+    return i == OPT_FORMAT || i == OPT_GLTF_INTERPOLATION || i == OPT_COMPRESS || i == OPT_UP || i == OPT_SCALE || i == OPT_FRAMES || i == OPT_ON_ERROR ||
+           i == OPT_ATTRIBUTE;
 }
 
 static bool check_settings(const Options *o, bool is_start, Store *s, Err *err)

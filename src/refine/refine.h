@@ -66,8 +66,9 @@ int refine_build(Refine *memory, const Mesh *mech, const Field *field, const Ref
  * vertex do, and the surface is found back below it. Returns [nvert] where the vertices were; the caller frees it. */
 Vec3 *refine_balance(RefinedMesh *m, const Field *field);
 /* Of triangles that run through one another the vertices go back to where they landed, and to the normal there; if that is not enough, midpoints to the middle
- * of their edges, where they change nothing but for their rounding, and those of mechanical triangles of which that would turn pieces
- * over: what is left then runs through one another in the mechanical mesh too, of which `mech` knows the pairs. landed[nvert]: from refine_balance; NULL: where they are.
+ * of their edges, where they change nothing but for their rounding, and all of mechanical triangles of which that would turn pieces over
+ * or not do; at last such midpoints go some steps of float32 outward or inward. What is left then runs through one another in the
+ * mechanical mesh too, of which `mech` knows the pairs. landed[nvert]: from refine_balance; NULL: where they are.
  * Returns how many pairs are left; *flattened: midpoints in the middle of their edges. */
 int refine_untangle(RefinedMesh *m, const Field *field, const Vec3 *landed, const Crossings *mech, int *flattened);
 

@@ -133,16 +133,18 @@ static int nudge_apart(RefinedMesh *m, const uint8_t *down, PairSearch *search, 
     Vec3 *was = NEW(Vec3, m->nvert);
     uint8_t *moved = NEW0(uint8_t, m->nvert);
     int least = left, best = 0;
+    bool any = false;
     memcpy(was, m->pos, (size_t)m->nvert * sizeof *was);
     for (int i = 0; i < left; i++)
         for (int k = 0; k < 3; k++) {
             int a = m->tri[3 * (*pair)[i].a + k], b = m->tri[3 * (*pair)[i].b + k];
             moved[a] = down[a] == LIES_FLAT;
             moved[b] = down[b] == LIES_FLAT;
+            any = any || moved[a] || moved[b];
         }
     look_around(m, moved, look);
     for (int i = 0; i < left; i++) look[(*pair)[i].a] = look[(*pair)[i].b] = 1;
-    for (int i = 0; i <= TRIALS && left > 0; i++) {
+    for (int i = 0; i <= TRIALS && left > 0 && any; i++) {
         int steps = i < TRIALS ? STEPS[i] : best; /* the best again, if none was good */
         for (int v = 0; v < m->nvert; v++)
             if (moved[v]) m->pos[v] = nudged(was[v], m->normal[v], steps);

@@ -374,7 +374,7 @@ static void go_beyond_leaks(Graft *g, Trial *x)
     for (int t = 0; t < g->mesh->ntri; t++) {
         if (!x->beside[t]) continue;
         int v = g->mesh->corner[3 * t], k = g->plan->comp[v];
-        if (k != NONE && is_looked_at_in_part(g, k)) x->farther[iso_cell_near(g->iso, g->mesh->pos[v])] = 1; /* it has one, being on a component */
+        if (k != NONE && graft_looks_in_part(g, k)) x->farther[iso_cell_near(g->iso, g->mesh->pos[v])] = 1; /* it has one, being on a component */
         else if (x->widenings > 0) g->drop[t] = 1;
         else if (g->drop[t]) spare_hole(g, t, x->stack);
     }
@@ -406,7 +406,7 @@ static void look_farther(Graft *g, Trial *x)
     if (!memchr(x->farther, 1, (size_t)g->iso->ncell)) return;
     bool more = x->looks-- > 0 && look_near(g, x->farther);
     for (int k = 0; k < g->iso->ncomp && !more; k++)
-        if (is_looked_at_in_part(g, k)) g->checked[k] = 1;
+        if (graft_looks_in_part(g, k)) g->checked[k] = 1;
     choose_checked(g);
     memset(x->farther, 0, (size_t)g->iso->ncell);
 }

@@ -52,8 +52,8 @@ typedef struct Graft {
     int nedge, capedge;
     Parts piece, region;   /* as last looked at: of the mesh and of the sheet */
     Claims claims;
-    uint8_t *sound;        /* [pieces] */
-    uint8_t *patch;        /* [regions] */
+    uint8_t *sound;        /* [pieces] as last looked at, and */
+    uint8_t *patch;        /* [regions] to take the place of what is not kept */
     int nregion;           /* patches, once matched */
     int32_t *euler;        /* [nregion] as MendPatch says; given to the first of those that share holes */
 } Graft;
@@ -70,7 +70,7 @@ bool graft_find_unsound(Graft *g);
  * triangles on both sides of the seams between these holes and what was not looked at. Are there any? */
 bool graft_find_leaks(Graft *g, uint8_t *beside);
 /* Is only a part of the component, which does not match, looked at? */
-bool is_looked_at_in_part(const Graft *g, int comp);
+bool graft_looks_in_part(const Graft *g, int comp);
 /* Of components looked at in part: farther[iso->ncell] is set where the sheet ends and what was looked at does not. Does it anywhere? */
 bool graft_find_ends(const Graft *g, uint8_t *farther);
 /* Sets checked for the components looked at in part that would not have their Euler characteristic with the patches. Are there any? */

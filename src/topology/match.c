@@ -364,12 +364,12 @@ static void count_euler(const Graft *g, int32_t *euler2)
     mem_free(seen);
 }
 
-bool is_looked_at_in_part(const Graft *g, int comp) { return g->plan->wrong[comp] && !g->checked[comp] && !g->whole[comp]; }
+bool graft_looks_in_part(const Graft *g, int comp) { return g->plan->wrong[comp] && !g->checked[comp] && !g->whole[comp]; }
 
 static bool any_looked_at_in_part(const Graft *g)
 {
     bool any = false;
-    for (int k = 0; k < g->iso->ncomp; k++) any = any || is_looked_at_in_part(g, k);
+    for (int k = 0; k < g->iso->ncomp; k++) any = any || graft_looks_in_part(g, k);
     return any;
 }
 
@@ -379,7 +379,7 @@ bool graft_find_ends(const Graft *g, uint8_t *farther)
     bool any = false;
     for (int i = 0; i < g->nedge; i++) {
         int h = g->edge[i];
-        if (s->opp[h] != NONE || !is_looked_at(g, h) || !is_looked_at_in_part(g, s->home[s->corner[h]])) continue;
+        if (s->opp[h] != NONE || !is_looked_at(g, h) || !graft_looks_in_part(g, s->home[s->corner[h]])) continue;
         farther[s->cell[h / 3]] = 1;
         any = true;
     }
@@ -393,7 +393,7 @@ bool graft_find_unbalanced(Graft *g)
     int32_t *euler2 = NEW0(int32_t, g->iso->ncomp);
     count_euler(g, euler2);
     for (int k = 0; k < g->iso->ncomp; k++) {
-        if (!is_looked_at_in_part(g, k) || euler2[k] == 2 * g->iso->comp_euler[k]) continue;
+        if (!graft_looks_in_part(g, k) || euler2[k] == 2 * g->iso->comp_euler[k]) continue;
         g->checked[k] = 1;
         any = true;
     }
@@ -422,7 +422,7 @@ bool graft_find_torn(Graft *g, uint8_t *farther)
     for (int i = 0; i < g->nedge; i++) {
         int h = g->edge[i], k = s->home[s->corner[h]];
         if (s->seam[h] == SEAM_NONE || !is_border(g, h) || graft_keeps(g, mesh_side(g, h)) != g->patch[g->region.of[h / 3]]) continue;
-        if (is_looked_at_in_part(g, k)) farther[s->cell[h / 3]] = 1;
+        if (graft_looks_in_part(g, k)) farther[s->cell[h / 3]] = 1;
         else torn[k] = 1;
         any = true;
     }
