@@ -20,7 +20,7 @@ void mesh_free(Mesh *m)
     *m = (Mesh){0};
 }
 
-void mesh_clear(Mesh *m) { m->nvert = m->ntri = m->deadvert = m->deadtri = 0; }
+void mesh_clear(Mesh *m) { m->nvert = m->ntri = m->deadvert = m->deadtri = m->nsorted = 0; }
 
 int32_t mesh_fresh_id(Mesh *m)
 {
@@ -67,6 +67,7 @@ void mesh_copy(Mesh *to, const Mesh *from)
     copy_column(to->flag, from->flag, nhalf * sizeof *to->flag);
     to->nvert = from->nvert, to->ntri = from->ntri;
     to->deadvert = from->deadvert, to->deadtri = from->deadtri;
+    to->nsorted = from->nsorted;
     to->next_id = from->next_id;
 }
 
@@ -92,25 +93,44 @@ int mesh_add_tri(Mesh *m, int a, int b, int c)
     return h / 3;
 }
 
+/* to[i]: the place of item i among all n sorted by key; those of the same key keep their order. end[nkey] (may be NULL): where each key's end. */
+static void find_places(int n, int nkey, const int32_t *key, int32_t *to, int32_t *end)
+{
+    int32_t *next = NEW0(int32_t, nkey + 1);
+    for (int i = 0; i < n; i++) next[key[i] + 1]++;
+    for (int k = 0; k < nkey; k++) next[k + 1] += next[k];
+    for (int i = 0; i < n; i++) to[i] = next[key[i]]++;
+    if (end) memcpy(end, next, (size_t)nkey * sizeof *end);
+    mem_free(next);
+}
+
+/* Joins the half-edges from `first` on, all of which leave the vertices from `base` on. */
+static void link_from(Mesh *m, int base, int first)
+{
+    int n = 3 * m->ntri - first, nvert = m->nvert - base;
+    int32_t *from = NEW(int32_t, n), *place = NEW(int32_t, n), *leaving = NEW(int32_t, n), *end = NEW(int32_t, nvert);
+    for (int i = 0; i < n; i++) from[i] = m->corner[first + i] - base;
+    find_places(n, nvert, from, place, end);
+    for (int i = 0; i < n; i++) leaving[place[i]] = first + i;
+    for (int h = first; h < 3 * m->ntri; h++) {
+        int to = he_to(m, h) - base, found = 0;
+        for (int i = to ? end[to - 1] : 0; i < end[to]; i++)
+            if (he_to(m, leaving[i]) == he_from(m, h)) m->opp[h] = leaving[i], found++;
+        ASSERT(found == 1);
+        m->out[he_from(m, h)] = h;
+    }
+    mem_free(from);
+    mem_free(place);
+    mem_free(leaving);
+    mem_free(end);
+}
+
 void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri)
 {
     int base = m->nvert, first = 3 * m->ntri;
     for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : mesh_fresh_id(m));
-    Map edge;
-    map_init(&edge, 3 * ntri);
-    for (int t = 0; t < ntri; t++) {
-        int h = 3 * mesh_add_tri(m, base + tri[3 * t], base + tri[3 * t + 1], base + tri[3 * t + 2]);
-        for (int k = 0; k < 3; k++) {
-            m->out[m->corner[h + k]] = h + k;
-            int32_t seen = map_put(&edge, key_pair(m->corner[h + k], m->corner[h + (k + 1) % 3]), h + k);
-            ASSERT(seen == h + k);
-        }
-    }
-    for (int h = first; h < 3 * m->ntri; h++) {
-        m->opp[h] = map_get(&edge, key_pair(he_to(m, h), he_from(m, h)));
-        ASSERT(m->opp[h] != NONE);
-    }
-    map_free(&edge);
+    for (int t = 0; t < ntri; t++) mesh_add_tri(m, base + tri[3 * t], base + tri[3 * t + 1], base + tri[3 * t + 2]);
+    link_from(m, base, first);
 }
 
 static void sweep_tris(Mesh *m)
@@ -137,9 +157,10 @@ static void sweep_tris(Mesh *m)
 
 static void sweep_verts(Mesh *m, int32_t *to)
 {
-    int n = 0;
+    int n = 0, sorted = m->nsorted;
     for (int v = 0; v < m->nvert; v++) {
         to[v] = vert_is_dead(m, v) ? NONE : n++;
+        m->nsorted -= to[v] == NONE && v < sorted;
         if (to[v] == NONE) continue;
         m->pos[to[v]] = m->pos[v];
         m->id[to[v]] = m->id[v];
@@ -158,6 +179,39 @@ void mesh_compact(Mesh *m, int32_t *vert_to)
     else
         for (int v = 0; v < m->nvert; v++) to[v] = v;
     if (!vert_to) mem_free(to);
+}
+
+static int half_to(const int32_t *tri_to, int h) { return 3 * tri_to[h / 3] + h % 3; }
+
+void mesh_sort(Mesh *m, int nkey, const int32_t *key, int32_t *vert_to)
+{
+    ASSERT(m->deadvert == 0 && m->deadtri == 0);
+    Mesh was = *m;
+    int32_t *least = NEW(int32_t, m->ntri), *tri_to = NEW(int32_t, m->ntri);
+    find_places(m->nvert, nkey, key, vert_to, NULL);
+    for (int t = 0; t < m->ntri; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        least[t] = int_min(int_min(vert_to[c[0]], vert_to[c[1]]), vert_to[c[2]]);
+    }
+    find_places(m->ntri, m->nvert, least, tri_to, NULL);
+    *m = (Mesh){.nvert = was.nvert, .ntri = was.ntri, .nsorted = was.nvert, .next_id = was.next_id};
+    make_vert_room(m, m->nvert);
+    make_tri_room(m, m->ntri);
+    for (int v = 0; v < m->nvert; v++) {
+        m->pos[vert_to[v]] = was.pos[v];
+        m->id[vert_to[v]] = was.id[v];
+        m->out[vert_to[v]] = half_to(tri_to, was.out[v]);
+    }
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        int g = half_to(tri_to, h);
+        m->corner[g] = vert_to[was.corner[h]];
+        m->opp[g] = half_to(tri_to, was.opp[h]);
+        m->length[g] = was.length[h];
+        m->flag[g] = was.flag[h];
+    }
+    mesh_free(&was);
+    mem_free(least);
+    mem_free(tri_to);
 }
 
 int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp)
@@ -335,6 +389,7 @@ void mesh_store(Mesh *m, Store *s)
     STORE(s, m->next_id);
     STORE(s, m->nvert);
     STORE(s, m->ntri);
+    STORE(s, m->nsorted);
     STORE_ARRAY(s, m->pos, m->nvert);
     STORE_ARRAY(s, m->id, m->nvert);
     STORE_ARRAY(s, m->out, m->nvert);
@@ -345,6 +400,6 @@ void mesh_store(Mesh *m, Store *s)
     if (!s->reading) return;
     m->capvert = m->nvert;
     m->captri = m->ntri;
-    store_expect(s, !s->bad && m->next_id >= 0 && is_sound(m));
+    store_expect(s, !s->bad && m->next_id >= 0 && m->nsorted >= 0 && m->nsorted <= m->nvert && is_sound(m));
     if (s->bad) mesh_free(m);
 }

@@ -14,6 +14,7 @@ typedef struct Mesh {
     int nvert, ntri;        /* in use, the dead included */
     int capvert, captri;
     int deadvert, deadtri;
+    int nsorted;            /* the first of the vertices are as mesh_sort left them; those that came later lie behind */
     Vec3 *pos;              /* [nvert] world units */
     int32_t *id;            /* [nvert] persistent identity */
     int32_t *out;           /* [nvert] a half-edge that leaves v; NONE: dead */
@@ -45,6 +46,9 @@ void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntr
 void mesh_copy(Mesh *to, const Mesh *from);
 /* Sweeps the dead out, keeping order. `vert_to` (may be NULL, [nvert before]) gets each vertex's new index or NONE. */
 void mesh_compact(Mesh *m, int32_t *vert_to);
+/* Renumbers a compact mesh: vertices by key[nvert], each 0 ... nkey - 1, triangles by their least vertex; otherwise they keep their order.
+ * vert_to[nvert] gets each vertex's new index. */
+void mesh_sort(Mesh *m, int nkey, const int32_t *key, int32_t *vert_to);
 /* Component of each triangle and vertex (NONE for the dead), numbered by first triangle; returns how many. Either array may be NULL. */
 int mesh_components(const Mesh *m, int32_t *tri_comp, int32_t *vert_comp);
 /* Kills every triangle (and vertex) for which drop[component] is set. */

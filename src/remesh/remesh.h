@@ -41,6 +41,11 @@ void remesh_end(Remesh *r);
 /* Sweeps the dead out of the mesh, its normals and homes along; vert_to as mesh_compact's. */
 void remesh_compact(Remesh *r, int32_t *vert_to);
 
+/* Puts the vertices of a compact mesh in the order of the field's bricks, and the triangles in that of their vertices; vert_to as mesh_sort's. */
+void remesh_sort(Mesh *m, const Field *field, int32_t *vert_to);
+/* Whether so many vertices have come since that it is worth its time again. */
+bool remesh_is_strewn(const Mesh *m);
+
 /* GI'07 2.5. Edges flagged by the step before are left alone and lose their flag; edges changed now get it. */
 typedef struct AlterRules {
     double rest;         /* e-hat, world units */

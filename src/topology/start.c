@@ -194,6 +194,9 @@ static void settle(const IsoSurface *iso, double edge, Mesh *mesh)
     remesh_even(&r);
     remesh_end(&r);
     mem_free(home);
+    int32_t *to = NEW(int32_t, mesh->nvert);
+    remesh_sort(mesh, iso->field, to);
+    mem_free(to);
     for (int v = 0; v < mesh->nvert; v++) mesh->pos[v] = v_round32(mesh->pos[v]);
 }
 

@@ -33,6 +33,14 @@ void rest_copy(Rest *to, const Rest *from)
     to->now = from->now;
 }
 
+void rest_sort(Rest *r, const int32_t *to)
+{
+    RestPlace *was = NEW(RestPlace, r->nvert);
+    memcpy(was, r->at, (size_t)r->nvert * sizeof *was);
+    for (int v = 0; v < r->nvert; v++) r->at[to[v]] = was[v];
+    mem_free(was);
+}
+
 /* All vertices are those the last frame ended with. */
 void rest_carry(Track *tr)
 {

@@ -91,6 +91,21 @@ static void compact(Track *tr, Remesh *r)
     mem_free(to);
 }
 
+/* New vertices lie last in memory: before a frame they are put where their neighbours are. */
+static void gather_strewn(Track *tr)
+{
+    Mesh *m = &tr->mesh;
+    if (!tr->last_field || !remesh_is_strewn(m)) return;
+    int32_t *to = NEW(int32_t, m->nvert);
+    float *unrest = NEW(float, m->nvert);
+    remesh_sort(m, tr->last_field, to);
+    memcpy(unrest, tr->unrest, (size_t)m->nvert * sizeof *unrest);
+    for (int v = 0; v < m->nvert; v++) tr->unrest[to[v]] = unrest[v]; /* the other columns are made anew in each frame */
+    if (tr->set.rest) rest_sort(&tr->rest, to);
+    mem_free(to);
+    mem_free(unrest);
+}
+
 /* Ends of edges changed in this step are awake. */
 static void wake_changed(Track *tr, int first_new)
 {
@@ -453,6 +468,7 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     begin_frame(tr, field, velocity, frames);
     if (tr->still) return true;
     if (field->nbrick == 0) mesh_clear(&tr->mesh);
+    gather_strewn(tr);
     adapt_rest(tr);
     Census census;
     census_take(&census, &tr->mesh);

@@ -99,6 +99,8 @@ uint8_t *track_relax(Track *tr, Remesh *r, int step, FrameStat *stat);
 void rest_carry(Track *tr);
 /* When it will change no more. */
 void rest_settle(Track *tr);
+/* The mesh's vertices were renumbered between frames. */
+void rest_sort(Rest *r, const int32_t *to);
 /* What it holds between frames. */
 void rest_copy(Rest *to, const Rest *from);
 /* Of the geometric mesh's vertices. */

@@ -311,6 +311,72 @@ static void compact_says_where_everything_went(void **state)
     mesh_free(&m);
 }
 
+static int least_vertex(const Mesh *m, int t)
+{
+    const int32_t *c = m->corner + 3 * t;
+    return int_min(int_min(c[0], c[1]), c[2]);
+}
+
+static void sort_puts_what_has_a_key_together(void **state)
+{
+    (void)state;
+    enum { KEYS = 7 };
+    uint64_t seed = 5;
+    Mesh m = mesh_of(shape_sphere(3));
+    for (int i = 0; i < 500; i++) edit(&m, &seed, 400);
+    mesh_compact(&m, NULL);
+    for (int h = 0; h < 3 * m.ntri; h++) m.length[h] = (float)mesh_edge_length(&m, h);
+    int n = m.nvert;
+    int32_t *key = NEW(int32_t, n), *to = NEW(int32_t, n), *id = NEW(int32_t, n), *at = NEW(int32_t, n);
+    for (int v = 0; v < n; v++) key[v] = m.id[v] % 11 % KEYS, id[v] = m.id[v];
+    mesh_sort(&m, KEYS, key, to);
+    assert_mesh(&m);
+    assert_symmetric(&m);
+    assert_int_equal(m.nvert, n);
+    assert_int_equal(m.nsorted, n);
+    for (int v = 0; v < n; v++) {
+        assert_int_equal(m.id[to[v]], id[v]);
+        at[to[v]] = v;
+    }
+    for (int v = 1; v < n; v++) assert_true(key[at[v - 1]] < key[at[v]] || (key[at[v - 1]] == key[at[v]] && at[v - 1] < at[v]));
+    for (int t = 1; t < m.ntri; t++) assert_true(least_vertex(&m, t - 1) <= least_vertex(&m, t));
+    for (int h = 0; h < 3 * m.ntri; h++) assert_near((double)m.length[h], mesh_edge_length(&m, h), 1e-6); /* went along, as the places did */
+    for (int v = 0; v < n; v++) key[v] = 0;
+    mesh_sort(&m, 1, key, to); /* nothing to do */
+    for (int v = 0; v < n; v++) assert_int_equal(to[v], v);
+    mem_free(key);
+    mem_free(to);
+    mem_free(id);
+    mem_free(at);
+    mesh_free(&m);
+}
+
+static void what_comes_later_is_not_sorted(void **state)
+{
+    (void)state;
+    Mesh m = mesh_of(shape_sphere(2));
+    int n = m.nvert, h = 0;
+    int32_t *key = NEW0(int32_t, n), *to = NEW(int32_t, n);
+    assert_int_equal(m.nsorted, 0);
+    mesh_sort(&m, 1, key, to);
+    int v = mesh_split_edge(&m, 0, v_mid(m.pos[he_from(&m, 0)], m.pos[he_to(&m, 0)]), m.next_id++);
+    assert_int_equal(m.nsorted, n);
+    while (he_to(&m, h) == v || !mesh_can_collapse(&m, h)) h++;
+    mesh_collapse_edge(&m, h, m.pos[he_from(&m, h)]); /* one of the old goes */
+    mesh_compact(&m, NULL);
+    assert_true(m.nvert == n && m.nsorted == n - 1);
+    Mesh copy;
+    mesh_init(&copy);
+    mesh_copy(&copy, &m);
+    assert_int_equal(copy.nsorted, n - 1);
+    mesh_clear(&m);
+    assert_int_equal(m.nsorted, 0);
+    mem_free(key);
+    mem_free(to);
+    mesh_free(&m);
+    mesh_free(&copy);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -326,6 +392,8 @@ int main(void)
         cmocka_unit_test(double_triangles_do_not_arise),
         cmocka_unit_test(thousands_of_edits_keep_the_invariant),
         cmocka_unit_test(compact_says_where_everything_went),
+        cmocka_unit_test(sort_puts_what_has_a_key_together),
+        cmocka_unit_test(what_comes_later_is_not_sorted),
     };
     return cmocka_run_group_tests_name("mesh", tests, NULL, NULL);
 }

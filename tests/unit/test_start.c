@@ -64,6 +64,11 @@ static void a_ball_is_started(void **state)
             const int32_t *c = m.corner + 3 * t;
             assert_false(field_triangle_inverted(&f, m.pos[c[0]], m.pos[c[1]], m.pos[c[2]]));
         }
+        for (int v = 0, last = 0; v < m.nvert; v++) { /* brick by brick */
+            int at[3], brick = field_brick_of(&f, affine_to_index(&f.xform, m.pos[v]), at);
+            assert_in_range(brick, last, f.ncrossed - 1);
+            last = brick;
+        }
         mesh_free(&m);
         field_free(&f);
     }
