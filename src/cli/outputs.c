@@ -5,13 +5,14 @@
 #include "cli/state.h"
 #include "io/ply.h"
 
+#include <pthread.h>
 #include <stdio.h>
 #include <string.h>
 
 static const char *const kind_name[KIND_COUNT] = {"mechanical", "geometric"};
 static const char *const gltf_ending[GLTF_FILE_COUNT] = {"glb", "gltf"};
 static const unsigned gltf_format[GLTF_FILE_COUNT] = {FORMAT_GLB, FORMAT_GLTF};
-#define STATE_SHARE 0.1 /* of the time, that states take at most */
+#define STATE_SHARE 0.04 /* of the time, that states take at most */
 
 static const char *const lines_name[] = {"report", "events", "timings"};
 
@@ -141,14 +142,41 @@ static bool print_name(const Outputs *o, const char *path, Err *err)
     return !o->job->print || command_print_name(path, err);
 }
 
-static bool write_ply(const Outputs *o, int kind, const TriMesh *mesh, const char *label, Err *err)
+typedef struct PlyJob {
+    const TriMesh *mesh;
+    char *path;
+    bool good;
+    Err err;
+} PlyJob;
+
+static void *ply_run(void *ctx)
+{
+    PlyJob *job = ctx;
+    job->good = ply_write(job->path, job->mesh, &job->err);
+    return NULL;
+}
+
+static bool name_ply(const Outputs *o, PlyJob *job, Err *err)
+{
+    if (!job->good) *err = job->err;
+    else if (o->pictures) pictures_name(o->pictures, job->path);
+    return job->good && print_name(o, job->path, err);
+}
+
+/* Both at once: most of the time is the disk's. */
+static bool write_plys(const Outputs *o, const TriMesh *mesh, const char *label, Err *err)
 {
     if (!(o->job->formats & FORMAT_PLY)) return true;
-    char *path = name_of(o->job->prefix, kind_name[kind], label, "ply");
-    bool good = ply_write(path, mesh, err);
-    if (good && o->pictures) pictures_name(o->pictures, path);
-    good = good && print_name(o, path, err);
-    mem_free(path);
+    PlyJob job[KIND_COUNT] = {0};
+    pthread_t beside;
+    for (int kind = 0; kind < KIND_COUNT; kind++)
+        job[kind].mesh = &mesh[kind], job[kind].path = name_of(o->job->prefix, kind_name[kind], label, "ply");
+    bool both = pthread_create(&beside, NULL, ply_run, &job[KIND_GEOMETRIC]) == 0;
+    ply_run(&job[KIND_MECHANICAL]);
+    if (both) pthread_join(beside, NULL);
+    else ply_run(&job[KIND_GEOMETRIC]);
+    bool good = name_ply(o, &job[KIND_MECHANICAL], err) && name_ply(o, &job[KIND_GEOMETRIC], err);
+    for (int kind = 0; kind < KIND_COUNT; kind++) mem_free(job[kind].path);
     return good;
 }
 
@@ -180,7 +208,7 @@ static bool write_meshes(Outputs *o, const OutFrame *f, Err *err)
         turn_vectors(turn, turn->scale, n, f->carried[kind][0]);
         turn_vectors(turn, 1, n, f->carried[kind][1]);
     }
-    for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_ply(o, kind, &shown[kind], f->label, err);
+    good = good && write_plys(o, shown, f->label, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_gltf(o, kind, &shown[kind], f, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) good = good && write_vat(o, kind, &shown[kind], f, err);
     for (int kind = 0; kind < KIND_COUNT; kind++) turn_free(&shown[kind]);
@@ -217,29 +245,19 @@ static bool sync_all(Outputs *o, Err *err)
     return true;
 }
 
+/* Parts of textures go with their run of frames: a state that tells of them may not outlast them. */
+bool outputs_are_due(const Outputs *o) { return (o->job->formats & FORMAT_VAT) || console_clock() >= o->due_s; }
+
 /* What is on disk then is what the state tells of. */
-static bool write_state(Outputs *o, Err *err)
+static bool write_state(Outputs *o, Store *s, Err *err)
 {
     double start = console_clock();
-    bool good = sync_all(o, err) && state_write(o->job->prefix, &o->state, err);
+    describe(o, s);
+    bool good = sync_all(o, err) && state_write(o->job->prefix, s, err);
     double end = console_clock();
     o->kept = o->kept || good;
     o->due_s = end + (end - start) / STATE_SHARE;
-    store_free(&o->state);
     return good;
-}
-
-/* Parts of textures go with their run of frames: a state that tells of them may not outlast them. */
-static bool may_wait(const Outputs *o) { return !(o->job->formats & FORMAT_VAT) && console_clock() < o->due_s; }
-
-static bool take_state(Outputs *o, OutFrame *f, Err *err)
-{
-    if (f->state.n == 0) return true;
-    store_free(&o->state);
-    o->state = f->state;
-    f->state = (Store){0};
-    describe(o, &o->state);
-    return may_wait(o) || write_state(o, err);
 }
 
 static bool write_frame(Outputs *o, OutFrame *f, Err *err)
@@ -266,7 +284,7 @@ static bool write_record(Outputs *o, OutFrame *f, Err *err)
 bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err)
 {
     if (!(o->job->is_chunk ? write_record : write_frame)(o, f, err)) return false;
-    return take_state(o, f, err);
+    return f->state.n == 0 || write_state(o, &f->state, err);
 }
 
 /* --- the end -------------------------------------------------------------------------------------- */
@@ -325,9 +343,9 @@ static bool publish(Outputs *o, bool complete, Err *err)
     return good;
 }
 
-bool outputs_close(Outputs *o, bool complete, Err *err)
+bool outputs_close(Outputs *o, bool complete, Store *state, Err *err)
 {
-    bool good = o->state.n == 0 || write_state(o, err);
+    bool good = !state || write_state(o, state, err);
     if (o->nframe > 0 && !publish(o, complete, good ? err : &(Err){0})) good = false;
     bool whole = good && complete && o->nframe > 0;
     if (whole && o->kept) good = state_finish(o->job->prefix, err);

@@ -3,8 +3,8 @@
  * All of them are begun before the first frame is read, so that a folder that cannot be written shows at once. None
  * bears its final name before it is whole: PLYs after their frame, textures after their run of frames, the others, which grow
  * as PATH.part, when all ends, early or not. After a frame what was written is synced and PREFIX.state replaced (state.h), so that
- * a run killed at any instant can be gone on with: the parts are cut off to the lengths the state holds. Where frames come faster
- * than that is done it waits for a later one, and for the end at the latest: it takes no more than a tenth of the time. */
+ * a run killed at any instant can be gone on with: the parts are cut off to the lengths the state holds. That takes no more than a
+ * twenty-fifth of the time: where frames come faster not all have a state. */
 #pragma once
 #include "cli/pictures.h"
 #include "io/file.h"
@@ -29,7 +29,7 @@ typedef struct OutFrame {
     char *surface;                    /* owned: how it was chosen; NULL: as before */
     FrameEvents events;               /* owned; tracked */
     char *since;                      /* owned: the label of the frame tracked before; NULL: there was none */
-    Store state;                      /* owned: what the run will need; the outputs' own is put behind it. Empty: none is kept */
+    Store state;                      /* owned: what the run will need, where outputs_are_due; the outputs' own is put behind it */
 } OutFrame;
 void outframe_free(OutFrame *f);
 
@@ -41,8 +41,7 @@ typedef struct Outputs {
     Pictures *pictures;                      /* NULL: not wanted */
     ReportTotals totals;
     int nframe;                              /* shown so far; in a chunk, all */
-    Store state;                             /* of the last frame, if it is not on disk yet; */
-    double due_s;                            /* when it is to be, on console_clock */
+    double due_s;                            /* when the next state is to be written, on console_clock */
     bool kept;                               /* a state of this run is on disk */
     bool left;                               /* closed, and there to be gone on with */
 } Outputs;
@@ -51,11 +50,13 @@ typedef struct Outputs {
 bool outputs_open(Outputs *o, const MeshJob *job, double fps, Err *err);
 /* Goes on with what the store says. False leaves all as it was; err is untouched where the store is bad. */
 bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *err);
-/* Writes a frame in all formats wanted, then the state. */
+/* Whether the next frame is to bring a state. */
+bool outputs_are_due(const Outputs *o);
+/* Writes a frame in all formats wanted, then the state, if it has one. */
 bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err);
-/* Gives all files their names; everything is tried, err tells of the first failure. Complete and without failure: parts and
- * state go. Else they stay to be gone on with, beside files of the finished frames that can be played; where nothing was
+/* Gives all files their names; everything is tried, err tells of the first failure. `state`: of the last frame, to be written; NULL:
+ * none. Complete and without failure: parts and state go. Else they stay to be gone on with, beside files of the finished frames that can be played; where nothing was
  * shown nothing is left. */
-bool outputs_close(Outputs *o, bool complete, Err *err);
+bool outputs_close(Outputs *o, bool complete, Store *state, Err *err);
 /* Removes what a run that was killed after it gave the last of its files its name may have left. */
 bool outputs_sweep(const MeshJob *job, Err *err);

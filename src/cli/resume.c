@@ -1,4 +1,4 @@
-/* resume.c: where a run stands, kept after each frame, and how another goes on from there. */
+/* resume.c: where a run stands, kept as frames are done, and how another goes on from there. */
 #include "cli/run.h"
 #include "cli/state.h"
 

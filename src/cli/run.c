@@ -69,7 +69,10 @@ static const TriMesh *take_meshes(Run *run, const ReadFrame *f)
     return mesh;
 }
 
-/* Hands the frame to the writer, with the state behind it. */
+/* A source that makes its frames cannot be asked to begin in mid-way. */
+static bool has_state(const Run *run) { return !run->job.source.next; }
+
+/* Hands the frame to the writer, from time to time with the state behind it. */
 static bool give(Run *run, const Options *o, const ReadFrame *f, OutFrame *out, Err *err)
 {
     double now = console_clock();
@@ -79,9 +82,14 @@ static bool give(Run *run, const Options *o, const ReadFrame *f, OutFrame *out, 
     run->frame_start_s = now;
     run->surface = f->surface;
     inputs_add(&run->inputs, f->frame.number, f->digest);
-    if (!run->job.source.next) out->state = run_save(run, o); /* such a source cannot be asked to begin in mid-way */
+    if (!writer_wait(run->writer, err)) {
+        outframe_free(out);
+        return false;
+    }
+    if (has_state(run) && outputs_are_due(&run->out)) out->state = run_save(run, o);
     run->done++;
-    return writer_give(run->writer, out, err);
+    writer_give(run->writer, out);
+    return true;
 }
 
 static ReadFrame *before(Run *run, const ReadFrame *f) { return &run->slot[(f - run->slot + SLOTS - 1) % SLOTS]; }
@@ -213,16 +221,21 @@ static bool open_all(Run *run, const Options *o, Err *err)
 }
 
 /* What was finished stays; where nothing was, nothing is left. */
-static bool close_outputs(Run *run, bool good, Err *err)
+static bool close_outputs(Run *run, const Options *o, bool good, Err *err)
 {
     Outputs *out = &run->out;
     Err *to = good ? err : &(Err){0}; /* the first failure is told */
-    good = writer_close(run->writer, to) && good;
+    bool written = writer_close(run->writer, to);
+    good = written && good;
     if (!out->job) return good;
     if (good && out->nframe == 0 && !stop_signal())
         good = fail(err, ERR_INPUT, out->totals.skipped ? "none of the frames could be read" : "there were no frames to read");
     to = good ? err : &(Err){0};
-    return outputs_close(out, good && !stop_signal(), to) && good;
+    bool complete = good && !stop_signal(), wanted = has_state(run) && written && out->nframe > 0 && (!complete || run->job.keep_state);
+    Store state = wanted ? run_save(run, o) : (Store){0};
+    good = outputs_close(out, complete, wanted ? &state : NULL, to) && good;
+    store_free(&state);
+    return good;
 }
 
 static void free_all(Run *run)
@@ -263,7 +276,7 @@ int run_job(Run *run, const Options *o)
     bool good = open_all(run, o, &err) && follow(run, o, &err);
     good = finish_completion(run, good ? &err : &(Err){0}) && good;
     reader_close(run->reader);
-    good = close_outputs(run, good, &err);
+    good = close_outputs(run, o, good, &err);
     console_clear(&run->console);
     free_all(run);
     return say_end(run, good, &err);

@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct Head {
     char magic[16];  /* with the version of the layout */
@@ -27,36 +28,28 @@ char *state_path(const char *prefix)
     return path;
 }
 
-static bool write_file(const char *path, const Head *head, const void *data, size_t n, Err *err)
-{
-    OutFile f;
-    if (!outfile_open(&f, path, err)) return false;
-    if (outfile_write(&f, head, sizeof *head, err) && outfile_write(&f, data, n, err)) return outfile_commit(&f, err);
-    outfile_abort(&f);
-    return false;
-}
-
 bool state_write(const char *prefix, const Store *s, Err *err)
 {
     Head head = head_of(s);
     char *path = state_path(prefix);
-    bool good = write_file(path, &head, s->data, s->n, err);
+    OutFile f;
+    bool good = outfile_open(&f, path, err);
     mem_free(path);
-    return good;
+    if (!good) return false;
+    if (outfile_write(&f, &head, sizeof head, err) && outfile_write(&f, s->data, s->n, err)) return outfile_commit(&f, err);
+    outfile_abort(&f);
+    return false;
 }
 
 bool state_finish(const char *prefix, Err *err)
 {
-    StateFile f;
+    const uint64_t finished = 1;
     char *path = state_path(prefix);
-    bool good = state_read(path, &f, err);
-    if (good && !f.exists) good = fail(err, ERR_OUTPUT, "%.800s: somebody removed it", path);
-    if (good) {
-        Head head = head_of(&f.store);
-        head.finished = 1;
-        good = write_file(path, &head, f.store.data, f.store.n, err);
-    }
-    state_free(&f);
+    FILE *stream = fopen(path, "r+b");
+    bool good = stream && fseek(stream, offsetof(Head, finished), SEEK_SET) == 0 && fwrite(&finished, sizeof finished, 1, stream) == 1 &&
+                fflush(stream) == 0 && fsync(fileno(stream)) == 0;
+    if (!good) fail(err, ERR_OUTPUT, "%.800s: cannot be written: %s", path, strerror(errno));
+    if (stream) fclose(stream);
     mem_free(path);
     return good;
 }

@@ -1,6 +1,6 @@
 /* state.h: PREFIX.state: where a run stands after its last finished frame.
  *
- * It is replaced after each frame, in one step, once everything it tells of is on disk. Behind a head that names the
+ * It is replaced after each frame, or after some (outputs.h), in one step, once everything it tells of is on disk. Behind a head that names the
  * program's version come the settings, the frames done with the digests of their files, the tracker's memory
  * (track_store) and the lengths and tables of the growing outputs. A digest of all that guards it against damage; each value
  * is checked as well when it is read. */
@@ -9,7 +9,7 @@
 
 /* Replaces the file. */
 bool state_write(const char *prefix, const Store *s, Err *err);
-/* Notes in it that all of the run's files bear their final names. */
+/* Notes in it, in place, that all of the run's files bear their final names. */
 bool state_finish(const char *prefix, Err *err);
 /* No file: no failure. */
 bool state_remove(const char *prefix, Err *err);

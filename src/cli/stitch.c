@@ -281,7 +281,7 @@ static bool stitch_frames(Stitch *st, const Options *o, Err *err)
     job_echo(o, TWINMESH_VERSION, st->out.lines[LINES_REPORT].stream);
     bool good = stitch_all(st, err);
     console_clear(&st->console);
-    return outputs_close(&st->out, good, good ? err : &(Err){0}) && good;
+    return outputs_close(&st->out, good, NULL, good ? err : &(Err){0}) && good;
 }
 
 int farm_stitch(const Plan *p)

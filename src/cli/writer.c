@@ -58,19 +58,23 @@ static bool wait_written(Writer *w, Err *err)
     return false;
 }
 
-bool writer_give(Writer *w, OutFrame *f, Err *err)
+bool writer_wait(Writer *w, Err *err)
 {
     pthread_mutex_lock(&w->lock);
     bool good = wait_written(w, err);
-    if (good) {
-        w->frame = *f;
-        w->full = true;
-        *f = (OutFrame){0};
-        pthread_cond_signal(&w->changed);
-    }
     pthread_mutex_unlock(&w->lock);
-    if (!good) outframe_free(f);
     return good;
+}
+
+void writer_give(Writer *w, OutFrame *f)
+{
+    pthread_mutex_lock(&w->lock);
+    ASSERT(!w->full && !w->broken);
+    w->frame = *f;
+    w->full = true;
+    *f = (OutFrame){0};
+    pthread_cond_signal(&w->changed);
+    pthread_mutex_unlock(&w->lock);
 }
 
 bool writer_close(Writer *w, Err *err)

@@ -5,10 +5,11 @@
 
 typedef struct Writer Writer;
 
-/* `out` is the writer's until writer_close. NULL when no thread can be had. */
+/* `out` is the writer's while there is a frame to be written. NULL when no thread can be had. */
 Writer *writer_open(Outputs *out, Err *err);
-/* Takes the frame over (*f is zeroed, in any case) once the one before is written; what it borrows must stay until the next
- * call returns, or writer_close. False where that one could not be written; nothing is written after it. */
-bool writer_give(Writer *w, OutFrame *f, Err *err);
-/* Waits for the last frame; false where one could not be written and writer_give did not say so. */
+/* Until the last frame given is written. False where it could not be; then no other may be given. */
+bool writer_wait(Writer *w, Err *err);
+/* Takes the frame over (*f is zeroed); comes after writer_wait. What the frame borrows must stay until the next wait returns. */
+void writer_give(Writer *w, OutFrame *f);
+/* Waits for the last frame; false where one could not be written and writer_wait did not say so. */
 bool writer_close(Writer *w, Err *err);
