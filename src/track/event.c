@@ -444,7 +444,7 @@ void track_find_events(Track *tr, FrameStat *stat)
     FrameEvents *e = &tr->events;
     Bodies after;
     Lineage l;
-    bodies_take(&after, &tr->mesh);
+    bodies_take(&after, &tr->mesh, tr->ncomp, tr->comp);
     lineage_find(&l, tr, &tr->bodies, &after);
     Teller te = {.tr = tr, .l = &l, .e = e};
     e->first = !tr->compared;

@@ -81,16 +81,16 @@ static void measure_insides(Bodies *b, const Mesh *m, const int32_t *comp)
     mem_free(faces);
 }
 
-void bodies_take(Bodies *b, const Mesh *m)
+void bodies_take(Bodies *b, const Mesh *m, int ncomp, const int32_t *comp)
 {
-    int32_t *comp = NEW(int32_t, m->nvert);
-    int n = mesh_components(m, NULL, comp);
-    *b = (Bodies){n, NEW(Body, n), NEW(int32_t, m->nvert), NEW(Vec3, m->nvert)};
-    rank_components(b, m, comp);
-    sort_vertices(b, m, comp);
-    for (int k = 0; k < n; k++) measure_body(b, &b->body[k]);
-    measure_insides(b, m, comp);
-    mem_free(comp);
+    int32_t *of = NEW(int32_t, m->nvert);
+    for (int v = 0; v < m->nvert; v++) of[v] = comp[m->out[v] / 3];
+    *b = (Bodies){ncomp, NEW(Body, ncomp), NEW(int32_t, m->nvert), NEW(Vec3, m->nvert)};
+    rank_components(b, m, of);
+    sort_vertices(b, m, of);
+    for (int k = 0; k < ncomp; k++) measure_body(b, &b->body[k]);
+    measure_insides(b, m, of);
+    mem_free(of);
 }
 
 void bodies_free(Bodies *b)

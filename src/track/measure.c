@@ -33,52 +33,67 @@ static double angle_percentile(double *cosine, int n, double share)
     return n ? acos(real_select(cosine, n, n - 1 - (int)(share * n))) * 57.29577951308232 : NAN;
 }
 
-typedef struct InvertedJob {
-    const Track *tr;
-    int *count; /* a block */
-} InvertedJob;
+/* Of a block of triangles, and of the edges whose first half-edge is theirs. */
+typedef struct Sums {
+    double length;
+    int edges, in_range, inverted;
+} Sums;
 
-static void inverted_block(void *ctx, int begin, int end)
+typedef struct Job {
+    const Track *tr;
+    double *cosine; /* [ntri] */
+    Sums *sums;     /* [blocks] */
+} Job;
+
+static void measure_block(void *ctx, int begin, int end)
 {
-    InvertedJob *job = ctx;
+    const Job *job = ctx;
     const Mesh *m = &job->tr->mesh;
-    int n = 0;
-    for (int t = begin; t < end; t++)
-        n += field_triangle_inverted(job->tr->field, m->pos[m->corner[3 * t]], m->pos[m->corner[3 * t + 1]], m->pos[m->corner[3 * t + 2]]);
-    job->count[begin / GRAIN] = n;
+    const double edge = job->tr->edge;
+    Sums s = {0};
+    for (int t = begin; t < end; t++) {
+        const int32_t *c = m->corner + 3 * t;
+        job->cosine[t] = least_angle_cos(m, t);
+        s.inverted += field_triangle_inverted(job->tr->field, m->pos[c[0]], m->pos[c[1]], m->pos[c[2]]);
+        for (int h = 3 * t; h < 3 * t + 3; h++) {
+            if (h > m->opp[h]) continue;
+            double l = mesh_edge_length(m, h);
+            s.length += l;
+            s.edges++;
+            s.in_range += l >= 0.5 * edge && l <= 2 * edge;
+        }
+    }
+    job->sums[begin / GRAIN] = s;
 }
 
-static int count_inverted(const Track *tr)
+static Sums measure_triangles(const Track *tr, double *cosine)
 {
-    int n = 0, blocks = (tr->mesh.ntri + GRAIN - 1) / GRAIN;
-    int *count = NEW0(int, blocks);
-    parallel_for(tr->mesh.ntri, GRAIN, inverted_block, &(InvertedJob){tr, count});
-    for (int b = 0; b < blocks; b++) n += count[b];
-    mem_free(count);
-    return n;
+    int blocks = (tr->mesh.ntri + GRAIN - 1) / GRAIN;
+    Sums all = {0}, *sums = NEW(Sums, blocks);
+    parallel_for(tr->mesh.ntri, GRAIN, measure_block, &(Job){tr, cosine, sums});
+    for (int b = 0; b < blocks; b++) {
+        all.length += sums[b].length;
+        all.edges += sums[b].edges;
+        all.in_range += sums[b].in_range;
+        all.inverted += sums[b].inverted;
+    }
+    mem_free(sums);
+    return all;
 }
 
 void track_measure(const Track *tr, FrameStat *stat)
 {
     const Mesh *m = &tr->mesh;
-    double *cosine = NEW(double, m->ntri), sum = 0;
-    int edges = 0, in = 0;
-    for (int t = 0; t < m->ntri; t++) cosine[t] = least_angle_cos(m, t);
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        if (h > m->opp[h]) continue;
-        double l = mesh_edge_length(m, h);
-        sum += l;
-        edges++;
-        in += l >= 0.5 * tr->edge && l <= 2 * tr->edge;
-    }
+    double *cosine = NEW(double, m->ntri);
+    Sums all = measure_triangles(tr, cosine);
     stat->min_angle_p5 = angle_percentile(cosine, m->ntri, 0.05);
     stat->min_angle_p50 = angle_percentile(cosine, m->ntri, 0.5);
-    stat->inverted_left = count_inverted(tr);
+    stat->inverted_left = all.inverted;
     stat->edge_asked = tr->edge;
-    stat->edge_mean = edges ? sum / edges : NAN;
-    stat->edges_in_range = edges ? (double)in / edges : NAN;
+    stat->edge_mean = all.edges ? all.length / all.edges : NAN;
+    stat->edges_in_range = all.edges ? (double)all.in_range / all.edges : NAN;
     stat->edge_rest = tr->rest_ratio * tr->edge;
-    stat->components = mesh_components(m, NULL, NULL);
+    stat->components = tr->ncomp;
     stat->vertices_mechanical = m->nvert;
     stat->triangles_mechanical = m->ntri;
     stat->vertices_geometric = tr->fine.nvert;

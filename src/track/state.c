@@ -43,7 +43,9 @@ void track_store(Track *tr, Store *s)
     store_expect(s, !tr->set.rest || tr->rest.nvert == tr->mesh.nvert);
     store_expect(s, tr->next_midpoint > 0 && tr->next_midpoint % MESH_ID_STEP == 1);
     tr->compared = begun;
-    if (!s->bad && begun) bodies_take(&tr->bodies, &tr->mesh);
+    if (s->bad || !begun) return;
+    track_find_components(tr);
+    bodies_take(&tr->bodies, &tr->mesh, tr->ncomp, tr->comp);
 }
 
 void track_remind(Track *tr, const Field *field, const Grid *velocity)

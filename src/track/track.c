@@ -43,6 +43,7 @@ void track_close(Track *tr)
     mem_free(tr->unrest);
     mem_free(tr->frozen);
     mem_free(tr->moved);
+    mem_free(tr->comp);
     mechanics_free(&tr->mech);
     refine_free(&tr->refine);
     refined_free(&tr->fine);
@@ -134,12 +135,20 @@ static void freeze(Track *tr, const Vec3 *was, FrameStat *stat)
 
 /* --- steps ---------------------------------------------------------------------------------------------------------------- */
 
-/* The component of the isosurface that each vertex belongs to; the caller frees it. The papers bind no vertex: after a
- * split a mesh lies on two components until it is cut. */
+void track_find_components(Track *tr)
+{
+    RESERVE(tr->comp, tr->capcomp, tr->mesh.ntri);
+    tr->ncomp = mesh_components(&tr->mesh, tr->comp, NULL);
+}
+
+/* The component of the isosurface that each vertex belongs to, by those of the mesh; the caller frees it. The papers bind no
+ * vertex: after a split a mesh lies on two components until it is cut. */
 static int32_t *find_homes(const Track *tr, const IsoSurface *iso)
 {
-    int32_t *home = audit_mesh_homes(iso, &tr->mesh);
-    for (int v = 0; v < tr->mesh.nvert && tr->set.topology == TOPOLOGY_PAPERS; v++) home[v] = NONE;
+    const Mesh *m = &tr->mesh;
+    int32_t *home = NEW(int32_t, m->nvert);
+    audit_homes(iso, &(AuditMesh){m->nvert, m->ntri, tr->ncomp, m->pos, m->corner, tr->comp}, home);
+    for (int v = 0; v < m->nvert && tr->set.topology == TOPOLOGY_PAPERS; v++) home[v] = NONE;
     return home;
 }
 
@@ -265,7 +274,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, bool relaxed, Frame
 static bool may_match(const Track *tr, const IsoSurface *iso, const FrameStat *stat)
 {
     const Mesh *m = &tr->mesh;
-    return stat->projections_lost + stat->inverted_found == 0 && m->nvert - m->ntri / 2 == stat->audit_euler && mesh_components(m, NULL, NULL) == iso->ncomp;
+    return stat->projections_lost + stat->inverted_found == 0 && m->nvert - m->ntri / 2 == stat->audit_euler && tr->ncomp == iso->ncomp;
 }
 
 /* Specks stay as they are drawn. */
@@ -278,7 +287,6 @@ static void hold_specks(Track *tr, const IsoSurface *iso, const Remesh *r)
 /* held: of the last step in this frame, NULL before the first. */
 static void alter(Track *tr, Remesh *r, const uint8_t *held, FrameStat *stat)
 {
-    double t0 = track_clock();
     AlterRules rules = {tr->rest_ratio * tr->edge, tr->set.e_min, tr->set.e_max, tr->set.eps_e};
     int n = tr->mesh.nvert;
     if (held) remesh_narrow(r, held);
@@ -288,7 +296,6 @@ static void alter(Track *tr, Remesh *r, const uint8_t *held, FrameStat *stat)
     stat->flips += remesh_flip(r, FLIP_GAIN);
     wake_changed(tr, n);
     compact(tr, r); /* the kernels want dense columns */
-    stat->seconds.alter += track_clock() - t0;
 }
 
 /* Poor triangles, where the field moves or edges were changed: elsewhere the forces alone come to rest. To the papers' rules poor
@@ -304,6 +311,7 @@ static void improve(const Track *tr, Remesh *r)
 
 static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
 {
+    double began = track_clock();
     Mesh *m = &tr->mesh;
     Remesh r;
     int awake = 0;
@@ -329,6 +337,7 @@ static void alter_and_relax(Track *tr, const IsoSurface *iso, FrameStat *stat)
     wake_changed(tr, m->nvert);
     compact(tr, &r);
     remesh_end(&r);
+    stat->seconds.alter += track_clock() - began - stat->seconds.relax;
 }
 
 static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
@@ -336,6 +345,7 @@ static void refine(Track *tr, const IsoSurface *iso, FrameStat *stat)
     double t0 = track_clock();
     RefineSettings set = {.angle_deg = tr->set.angle_deg, .passes = tr->set.passes, .deviation_vox = tr->set.deviation_vox,
                           .by = tr->set.refine_by, .scheme = tr->set.refine_scheme, .min_aspect = tr->set.min_aspect};
+    track_find_components(tr);
     int32_t *home = find_homes(tr, iso);
     stat->projections_lost += refine_build(&tr->refine, &tr->mesh, tr->field, &set, &(Homes){iso_is_home, iso, home}, &tr->next_midpoint, &tr->fine);
     mem_free(home);
@@ -389,14 +399,11 @@ static void finish(Track *tr, FrameStat *stat)
 static int audit_geometric(const Track *tr, const IsoSurface *iso)
 {
     const RefinedMesh *f = &tr->fine;
-    int32_t *mech_comp = NEW(int32_t, tr->mesh.ntri), *comp = NEW(int32_t, f->ntri);
-    int n = mesh_components(&tr->mesh, mech_comp, NULL);
-    int32_t *partner = NEW(int32_t, n);
-    uint8_t *mesh_bad = NEW(uint8_t, n), *iso_bad = NEW(uint8_t, iso->ncomp);
-    for (int t = 0; t < f->ntri; t++) comp[t] = mech_comp[f->parent[t]];
-    AuditMesh a = {f->nvert, f->ntri, n, f->pos, f->tri, comp};
+    int32_t *comp = NEW(int32_t, f->ntri), *partner = NEW(int32_t, tr->ncomp);
+    uint8_t *mesh_bad = NEW(uint8_t, tr->ncomp), *iso_bad = NEW(uint8_t, iso->ncomp);
+    for (int t = 0; t < f->ntri; t++) comp[t] = tr->comp[f->parent[t]];
+    AuditMesh a = {f->nvert, f->ntri, tr->ncomp, f->pos, f->tri, comp};
     AuditStat s = audit_match(iso, &a, false, mesh_bad, iso_bad, partner);
-    mem_free(mech_comp);
     mem_free(comp);
     mem_free(partner);
     mem_free(mesh_bad);
@@ -477,7 +484,11 @@ bool track_solve(Track *tr, const Field *field, const Grid *velocity, double fra
     bool mend = tr->set.topology == TOPOLOGY_EXACT || tr->mesh.ntri == 0;
     if (tr->mesh.ntri) predict(tr, iso, stat);
     else if (tr->set.topology == TOPOLOGY_EXACT) start(tr, iso, stat);
-    if (mend && !may_match(tr, iso, stat)) audit_and_mend(tr, iso, false, stat);
+    track_find_components(tr);
+    if (mend && !may_match(tr, iso, stat)) {
+        audit_and_mend(tr, iso, false, stat);
+        track_find_components(tr);
+    }
     alter_and_relax(tr, iso, stat);
     round_positions(tr);
     if (mend) audit_and_mend(tr, iso, true, stat);
@@ -548,8 +559,8 @@ void track_complete(Track *tr, FrameStat *stat)
     stat->wrong_components = audit_geometric(tr, &tr->iso);
     track_find_events(tr, stat);
     iso_free(&tr->iso);
-    stat->seconds.audit += track_clock() - t0;
     track_measure(tr, stat);
+    stat->seconds.audit += track_clock() - t0;
     tr->last = *stat;
 }
 

@@ -55,6 +55,8 @@ struct Track {
     uint8_t *moved;         /* [mesh.nvert] by the field, or new, or an end of an edge that was changed, in this frame */
     uint8_t *frozen;        /* [mesh.nvert] 1: at rest under a field at rest: costs nothing in this frame */
     int capcolumn;
+    int ncomp, capcomp;     /* its components, as last asked for */
+    int32_t *comp;          /* [mesh.ntri] of each triangle */
     Mechanics mech;
     Refine refine;
     RefinedMesh fine;       /* geometric */
@@ -78,6 +80,9 @@ struct Track {
     int capbefore;
     ChangeList changes;     /* by the papers' rules in this frame */
 };
+
+/* Of the mechanical mesh, which must be compact, as it is now. */
+void track_find_components(Track *tr);
 
 /* --- predict.c ------------------------------------------------------------------------------------------------------ */
 
@@ -135,8 +140,8 @@ void census_free(Census *c);
 
 /* --- lineage.c, event.c: what became of the components ------------------------------------------------------------- */
 
-/* `mesh` must be compact. */
-void bodies_take(Bodies *b, const Mesh *m);
+/* `m` must be compact; comp[m->ntri]: its triangles' components, ncomp of them. */
+void bodies_take(Bodies *b, const Mesh *m, int ncomp, const int32_t *comp);
 void bodies_free(Bodies *b);
 /* Fills tr->events and the frame's counts; the mesh is as it will be written. */
 void track_find_events(Track *tr, FrameStat *stat);
