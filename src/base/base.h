@@ -52,11 +52,16 @@ char *mem_text(const char *s);                           /* a copy */
 #define NEW0(type, n) ((type *)mem_zero((size_t)(n), sizeof(type)))
 #define RESIZE(p, n) ((p) = mem_resize((p), (size_t)(n), sizeof *(p)))
 
-/* Makes room for `need` items in a growing array: capacity at least doubles. */
+/* The capacity to take for `need` items where that is more than there is: by a quarter more at least, so that growing one by one
+ * costs little, and what grows a little with each frame does not take twice what it holds. */
+static inline int mem_capacity(int cap, int need) { return need > cap + cap / 4 + 16 ? need : cap + cap / 4 + 16; }
+
+/* Makes room for `need` items in a growing array, in the same way. */
 #define RESERVE(p, cap, need)                                                                      \
     do {                                                                                           \
         if ((need) > (cap)) {                                                                      \
-            (cap) = (need) > 2 * (cap) ? (need) : 2 * (cap);                                       \
+            (cap) += (cap) / 4 + 16;                                                               \
+            if ((need) > (cap)) (cap) = (need);                                                    \
             RESIZE(p, cap);                                                                        \
         }                                                                                          \
     } while (0)

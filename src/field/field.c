@@ -3,9 +3,11 @@
 
 #include <float.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
+enum { SPARES = 2 };
 enum { FIELD_BRICKS_MAX = 1 << 20 }; /* 5 GiB of samples: beyond it the frame is refused */
 
 /* --- which side a sample is on, and how far away the farthest is ------------------------------------------- */
@@ -355,6 +357,50 @@ static void build_room(Field *f)
     }
 }
 
+/* --- room for samples --------------------------------------------------------------------------------------- */
+
+/* What fields that are gone have left for those to come. By far the largest blocks of memory, of a size that hardly changes, a few at a
+ * time: given back they would be cut up for what comes between. */
+static struct {
+    pthread_mutex_t lock;
+    int capbrick[SPARES];
+    float *value[SPARES]; /* NULL: none */
+} spare = {.lock = PTHREAD_MUTEX_INITIALIZER};
+
+static void take_room(Field *f)
+{
+    pthread_mutex_lock(&spare.lock);
+    for (int i = 0; i < SPARES && !f->value; i++) {
+        if (!spare.value[i] || spare.capbrick[i] < f->nbrick || spare.capbrick[i] / 2 > f->nbrick) continue;
+        f->value = spare.value[i];
+        f->capbrick = spare.capbrick[i];
+        spare.value[i] = NULL;
+    }
+    pthread_mutex_unlock(&spare.lock);
+    if (f->value) return;
+    f->capbrick = f->nbrick + f->nbrick / 16;
+    f->value = mem_alloc((size_t)f->capbrick, BRICK_SAMPLES * sizeof *f->value);
+}
+
+/* In place of the smallest spare one, if that is smaller. */
+static void leave_room(Field *f)
+{
+    int at = 0;
+    float *gone = f->value;
+    pthread_mutex_lock(&spare.lock);
+    for (int i = 0; i < SPARES; i++) {
+        if (!spare.value[i]) spare.capbrick[i] = 0;
+        if (spare.capbrick[i] < spare.capbrick[at]) at = i;
+    }
+    if (f->capbrick > spare.capbrick[at]) {
+        gone = spare.value[at];
+        spare.value[at] = f->value;
+        spare.capbrick[at] = f->capbrick;
+    }
+    pthread_mutex_unlock(&spare.lock);
+    mem_free(gone);
+}
+
 static bool build_bricks(Builder *b, Err *err)
 {
     Field *f = b->f;
@@ -364,7 +410,7 @@ static bool build_bricks(Builder *b, Err *err)
     if (b->ncand > FIELD_BRICKS_MAX) return too_many_bricks(err); /* later stages number samples in 32 bits */
     f->nbrick = b->ncand;
     f->origin = mem_alloc((size_t)f->nbrick, sizeof *f->origin);
-    f->value = mem_alloc((size_t)f->nbrick, BRICK_SAMPLES * sizeof(float));
+    take_room(f);
     map_init(&f->brick_at, f->nbrick);
     for (int k = 0; k < f->nbrick; k++) {
         memcpy(f->origin[k], b->cand[k], sizeof b->cand[k]);
@@ -398,7 +444,7 @@ bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
 void field_free(Field *f)
 {
     mem_free(f->origin);
-    mem_free(f->value);
+    leave_room(f);
     map_free(&f->brick_at);
     mem_free(f->room);
     *f = (Field){0};

@@ -37,6 +37,7 @@ typedef struct Field {
     int ncrossed;         /* the first ncrossed bricks have crossed cells; all are in z, y, x order within the two groups */
     int (*origin)[3];     /* [nbrick] first sample, a multiple of 8 */
     float *value;         /* [nbrick][11^3] samples origin-1 ... origin+9, x fastest */
+    int capbrick;         /* bricks that value has room for */
     Map brick_at;         /* by origin >> 3 */
     int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
     int room_lo[3], room_n[3]; /* the box, in bricks */

@@ -20,7 +20,7 @@ typedef struct Pass {
 static void reserve(Cg *cg, int nfree)
 {
     if (nfree + 1 <= cg->cap) return;
-    cg->cap = int_max(nfree + 1, 2 * cg->cap);
+    cg->cap = mem_capacity(cg->cap, nfree + 1);
     RESIZE(cg->x, cg->cap);
     RESIZE(cg->p, cg->cap);
     RESIZE(cg->r, cg->cap);

@@ -35,18 +35,18 @@ static void reserve_vertices(Elastic *el, int nvert)
 static void reserve_elements(Elastic *el, int nelem, int arity)
 {
     if (arity == 3 && nelem > el->cap_tri) {
-        el->cap_tri = int_max(nelem, 2 * el->cap_tri);
+        el->cap_tri = mem_capacity(el->cap_tri, nelem);
         RESIZE(el->tri, el->cap_tri);
         RESIZE(el->frame, el->cap_tri);
     }
     if (arity == 2 && nelem > el->cap_edge) {
-        el->cap_edge = int_max(nelem, 2 * el->cap_edge);
+        el->cap_edge = mem_capacity(el->cap_edge, nelem);
         RESIZE(el->edge, 2 * (size_t)el->cap_edge);
         RESIZE(el->spring, el->cap_edge);
     }
     int npart = arity * nelem;
     if (npart > el->cap_part) {
-        el->cap_part = int_max(npart, 2 * el->cap_part);
+        el->cap_part = mem_capacity(el->cap_part, npart);
         RESIZE(el->node, el->cap_part);
         RESIZE(el->part, el->cap_part);
     }

@@ -128,7 +128,7 @@ void sharp_build(Sharp *sh, const Elastic *el)
     if (!el->set->sharp || !prob->tri_normal || el->nfree == 0) return;
     find_around(sh, el);
     if (el->nfree > sh->cap_vert) {
-        sh->cap_vert = int_max(el->nfree, 2 * sh->cap_vert);
+        sh->cap_vert = mem_capacity(sh->cap_vert, el->nfree);
         RESIZE(sh->vert, sh->cap_vert);
         RESIZE(sh->kind, sh->cap_vert);
         RESIZE(sh->ridge, sh->cap_vert);

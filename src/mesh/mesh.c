@@ -32,7 +32,7 @@ int32_t mesh_fresh_id(Mesh *m)
 static void make_vert_room(Mesh *m, int n)
 {
     if (n <= m->capvert) return;
-    m->capvert = int_max(int_max(n, 256), 2 * m->capvert);
+    m->capvert = mem_capacity(m->capvert, n);
     RESIZE(m->pos, m->capvert);
     RESIZE(m->id, m->capvert);
     RESIZE(m->out, m->capvert);
@@ -41,7 +41,7 @@ static void make_vert_room(Mesh *m, int n)
 static void make_tri_room(Mesh *m, int n)
 {
     if (n <= m->captri) return;
-    m->captri = int_max(int_max(n, 256), 2 * m->captri);
+    m->captri = mem_capacity(m->captri, n);
     RESIZE(m->corner, 3 * (size_t)m->captri);
     RESIZE(m->opp, 3 * (size_t)m->captri);
     RESIZE(m->length, 3 * (size_t)m->captri);
@@ -128,6 +128,8 @@ static void link_from(Mesh *m, int base, int first)
 void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri)
 {
     int base = m->nvert, first = 3 * m->ntri;
+    make_vert_room(m, base + nvert);
+    make_tri_room(m, m->ntri + ntri);
     for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : mesh_fresh_id(m));
     for (int t = 0; t < ntri; t++) mesh_add_tri(m, base + tri[3 * t], base + tri[3 * t + 1], base + tri[3 * t + 2]);
     link_from(m, base, first);

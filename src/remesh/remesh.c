@@ -54,7 +54,7 @@ Vec3 remesh_normal_at(const Remesh *r, Vec3 p)
 void remesh_make_room(Remesh *r)
 {
     if (r->mesh->nvert <= r->cap) return;
-    r->cap = int_max(r->mesh->nvert, 2 * r->cap);
+    r->cap = mem_capacity(r->cap, r->mesh->nvert);
     RESIZE(r->normal, r->cap);
     if (r->homes.is_home) RESIZE(r->home, r->cap);
     if (r->zone) RESIZE(r->zone, r->cap);

@@ -17,7 +17,7 @@
 static void make_vert_room(Sheet *s, int n)
 {
     if (n <= s->capvert) return;
-    s->capvert = int_max(n, 2 * s->capvert);
+    s->capvert = mem_capacity(s->capvert, n);
     RESIZE(s->pos, s->capvert);
     RESIZE(s->home, s->capvert);
     RESIZE(s->pin, s->capvert);
@@ -27,7 +27,7 @@ static void make_vert_room(Sheet *s, int n)
 static void make_tri_room(Sheet *s, int n)
 {
     if (n <= s->captri) return;
-    s->captri = int_max(n, 2 * s->captri);
+    s->captri = mem_capacity(s->captri, n);
     RESIZE(s->corner, 3 * (size_t)s->captri);
     RESIZE(s->opp, 3 * (size_t)s->captri);
     RESIZE(s->seam, 3 * (size_t)s->captri);

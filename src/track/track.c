@@ -68,7 +68,7 @@ static void add_columns(Track *tr, int from)
 {
     int n = tr->mesh.nvert;
     if (n > tr->capcolumn) {
-        tr->capcolumn = int_max(n, 2 * tr->capcolumn);
+        tr->capcolumn = mem_capacity(tr->capcolumn, n);
         RESIZE(tr->unrest, tr->capcolumn);
         RESIZE(tr->frozen, tr->capcolumn);
         RESIZE(tr->moved, tr->capcolumn);
