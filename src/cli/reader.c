@@ -70,10 +70,10 @@ static bool is_same(const ReadFrame *f, const Grid *g, LastSamples *last)
     return was.known && digest_is_same(was.digest, last->digest);
 }
 
-static bool build_field(const MeshJob *job, const Grid *g, ReadFrame *f)
+static bool build_field(const MeshJob *job, Grid *g, ReadFrame *f)
 {
     Err err;
-    if (!field_build(&f->field, g, &f->surface.spec, &err)) return fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
+    if (!field_take(&f->field, g, &f->surface.spec, &err)) return fail(&f->err, err.code, "%.400s: %.500s", f->frame.path, err.text);
     if (f->scene && !job->trilinear) f->field.exact = scene_exact(f->scene);
     return true;
 }

@@ -19,6 +19,7 @@ typedef struct Builder {
     int ncand, capcand;
     int (*cand)[3];        /* their origins */
     uint8_t *kind;         /* [grid->nblock] what the grid's blocks hold */
+    bool may_wait;         /* the grid may go with the field */
 } Builder;
 
 enum { BLOCK_OUTSIDE, BLOCK_INSIDE, BLOCK_MIXED };
@@ -401,6 +402,18 @@ static void leave_room(Field *f)
     mem_free(gone);
 }
 
+static float *brick_samples(const Field *f, int brick) { return f->value + (size_t)brick * BRICK_SAMPLES; }
+
+void field_gather(const Field *f, int brick)
+{
+    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+    uint8_t *gathered = &f->gathered[brick - f->ncrossed];
+    pthread_mutex_lock(&lock);
+    if (!*gathered) gather_brick(f, &f->source, f->origin[brick], brick_samples(f, brick));
+    __atomic_store_n(gathered, 1, __ATOMIC_RELEASE);
+    pthread_mutex_unlock(&lock);
+}
+
 static bool build_bricks(Builder *b, Err *err)
 {
     Field *f = b->f;
@@ -415,13 +428,15 @@ static bool build_bricks(Builder *b, Err *err)
     for (int k = 0; k < f->nbrick; k++) {
         memcpy(f->origin[k], b->cand[k], sizeof b->cand[k]);
         map_put(&f->brick_at, key_coord(b->cand[k][0] >> 3, b->cand[k][1] >> 3, b->cand[k][2] >> 3), k);
-        gather_brick(f, b->grid, b->cand[k], f->value + (size_t)k * BRICK_SAMPLES);
     }
+    int waiting = f->nbrick - f->ncrossed;
+    if (b->may_wait && (int64_t)b->grid->nblock * GRID_CELLS < (int64_t)waiting * BRICK_SAMPLES) f->gathered = NEW0(uint8_t, waiting);
+    for (int k = 0; k < (f->gathered ? f->ncrossed : f->nbrick); k++) gather_brick(f, b->grid, f->origin[k], brick_samples(f, k));
     if (f->nbrick) build_room(f);
     return true;
 }
 
-bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
+static bool build(Field *f, const Grid *grid, bool may_wait, const FieldSpec *spec, Err *err)
 {
     ASSERT(grid->ncomp == 1);
     *f = (Field){.xform = grid->xform, .sign = spec->inside_below ? -1 : 1, .iso = (double)(float)spec->iso, .far = 1};
@@ -431,7 +446,7 @@ bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
     f->voxel = cbrt(fabs(det));
     f->mirrored = det < 0;
     if (grid_is_empty(grid)) return true;
-    Builder b = {.f = f, .grid = grid, .kind = NEW(uint8_t, grid->nblock)};
+    Builder b = {.f = f, .grid = grid, .kind = NEW(uint8_t, grid->nblock), .may_wait = may_wait};
     map_init(&b.seen, 4 * grid->nblock);
     bool ok = survey(f, grid, err) && build_bricks(&b, err);
     map_free(&b.seen);
@@ -441,9 +456,22 @@ bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err)
     return ok;
 }
 
+bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err) { return build(f, grid, false, spec, err); }
+
+bool field_take(Field *f, Grid *grid, const FieldSpec *spec, Err *err)
+{
+    if (!build(f, grid, true, spec, err)) return false;
+    if (!f->gathered) return true;
+    f->source = *grid;
+    *grid = (Grid){0};
+    return true;
+}
+
 void field_free(Field *f)
 {
     mem_free(f->origin);
+    mem_free(f->gathered);
+    grid_free(&f->source);
     leave_room(f);
     map_free(&f->brick_at);
     mem_free(f->room);
@@ -452,13 +480,26 @@ void field_free(Field *f)
 
 static bool is_same_affine(const Affine *a, const Affine *b) { return memcmp(a, b, sizeof *a) == 0; }
 
+static bool have_same_samples(const Field *a, const Field *b, int begin, int end)
+{
+    return begin == end || memcmp(brick_samples(a, begin), brick_samples(b, begin), (size_t)(end - begin) * BRICK_SAMPLES * sizeof(float)) == 0;
+}
+
+static void gather_all(const Field *f)
+{
+    for (int b = f->ncrossed; b < f->nbrick && f->gathered; b++) field_gather(f, b);
+}
+
 bool field_is_same(const Field *a, const Field *b)
 {
     if (a->exact.sample || b->exact.sample) return false;
     if (a->nbrick != b->nbrick || a->ncrossed != b->ncrossed || a->sign != b->sign || a->iso != b->iso || a->far != b->far) return false;
     if (!is_same_affine(&a->xform, &b->xform) || memcmp(a->lo, b->lo, sizeof a->lo) || memcmp(a->hi, b->hi, sizeof a->hi)) return false;
-    size_t n = (size_t)a->nbrick;
-    return n == 0 || a->value == b->value || (!memcmp(a->origin, b->origin, n * sizeof *a->origin) && !memcmp(a->value, b->value, n * BRICK_SAMPLES * sizeof *a->value));
+    if (a->value == b->value) return true; /* lent, or no bricks at all */
+    if (memcmp(a->origin, b->origin, (size_t)a->nbrick * sizeof *a->origin) || !have_same_samples(a, b, 0, a->ncrossed)) return false;
+    gather_all(a);
+    gather_all(b);
+    return have_same_samples(a, b, a->ncrossed, a->nbrick);
 }
 
 /* --- single values ------------------------------------------------------------------------------------------ */

@@ -8,7 +8,7 @@
  *
  * Two surfaces in one: the *trilinear interpolant* decides (topology, audit, where vertices land); the
  * *smooth gradient* (central differences at the samples, interpolated: continuous) steers. World units
- * unless a name says index or voxel. A Field is immutable once built: any number of threads may read it. */
+ * unless a name says index or voxel. A Field once built is the same for all who read it, any number of threads. */
 #pragma once
 #include "field/grid.h"
 
@@ -38,6 +38,8 @@ typedef struct Field {
     int (*origin)[3];     /* [nbrick] first sample, a multiple of 8 */
     float *value;         /* [nbrick][11^3] samples origin-1 ... origin+9, x fastest */
     int capbrick;         /* bricks that value has room for */
+    Grid source;          /* what the bricks around the crossed ones are gathered from when they are first asked for, */
+    uint8_t *gathered;    /* [nbrick - ncrossed] if they were; shared by threads. NULL: all are, and there is no source */
     Map brick_at;         /* by origin >> 3 */
     int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
     int room_lo[3], room_n[3]; /* the box, in bricks */
@@ -46,6 +48,9 @@ typedef struct Field {
 
 /* Builds the field of a scalar grid. False for what no field can be made of (NaN samples, a grid too large). */
 bool field_build(Field *f, const Grid *grid, const FieldSpec *spec, Err *err);
+/* The same of a grid that may go with the field: most of the bricks around the crossed ones are never asked for, and where the grid is
+ * smaller than they are it is taken over, zeroing *grid, and they wait. */
+bool field_take(Field *f, Grid *grid, const FieldSpec *spec, Err *err);
 void field_free(Field *f);
 /* To the bit the same function, for certain: two whose exact functions are known may not be, and count as different. */
 bool field_is_same(const Field *a, const Field *b);

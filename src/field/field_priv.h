@@ -8,12 +8,16 @@ typedef struct Spot {
     double x, y, z;
 } Spot;
 
+/* Gathers the samples of a brick that nobody has asked for yet. */
+void field_gather(const Field *f, int brick);
+
 /* False where no brick holds the point. */
 static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
 {
     Vec3 q = affine_to_index(&f->xform, p);
     int at[3], b = field_brick_of(f, q, at);
     if (b == NONE) return false;
+    if (b >= f->ncrossed && f->gathered && !__atomic_load_n(&f->gathered[b - f->ncrossed], __ATOMIC_ACQUIRE)) field_gather(f, b);
     s->v = f->value + (size_t)b * BRICK_SAMPLES + ((at[0] & 7) + 1) + BRICK_SPAN * (((at[1] & 7) + 1) + BRICK_SPAN * ((at[2] & 7) + 1));
     s->x = q.x - at[0];
     s->y = q.y - at[1];

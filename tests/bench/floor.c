@@ -75,7 +75,7 @@ static bool build_fields(const Input *in, Err *err)
         ok = volume_read(in->frame[i], &in->request, &v, err);
         if (!ok) break;
         FieldSpec spec = volume_choose_surface(&v, in->iso, 0).spec;
-        ok = field_build(&field[k], &v.surface, &spec, err);
+        ok = field_take(&field[k], &v.surface, &spec, err);
         velocity[k] = v.velocity;
         v.velocity = (Grid){0};
         volume_free(&v);

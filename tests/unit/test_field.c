@@ -1,4 +1,5 @@
 /* The field: which bricks there are, values and gradients, borders, transforms. */
+#include "base/thread.h"
 #include "fields.h"
 
 /* 1 + 2x - 4y + 8xyz on one cell: what trilinear interpolation keeps. */
@@ -351,6 +352,99 @@ static void bricks_are_in_order_and_found(void **state)
     field_free(&f);
 }
 
+/* --- bricks that wait --------------------------------------------------------------------------------------------------- */
+
+/* A narrow-band ball: blocks within three voxels of its surface, tiles inside. */
+static Grid narrow_band(void)
+{
+    const double k[] = {30.2, 31.1, 29.7, 19};
+    enum { SIDE = 64 };
+    Grid g;
+    grid_init(&g, 1);
+    g.background[0] = -3;
+    for (int a = 0; a < 3; a++) g.lo[a] = 0, g.hi[a] = SIDE - 1;
+    for (int b = 0; b < SIDE * SIDE * SIDE / GRID_CELLS; b++) {
+        int o[3] = {8 * (b % 8), 8 * (b / 8 % 8), 8 * (b / 64)};
+        double middle = fn_ball(k, vec3(o[0] + 3.5, o[1] + 3.5, o[2] + 3.5));
+        if (middle > 3 + 6.1) grid_add_tile(&g, (GridTile){{o[0], o[1], o[2]}, 3, {3}});
+        if (fabs(middle) > 3 + 6.1) continue;
+        float *v = grid_add_block(&g, o[0], o[1], o[2]);
+        for (int c = 0; c < GRID_CELLS; c++) v[c] = (float)real_clamp(fn_ball(k, vec3(o[0] + (c & 7), o[1] + (c >> 3 & 7), o[2] + (c >> 6))), -3, 3);
+    }
+    return g;
+}
+
+static Field take(Grid *g)
+{
+    Field f;
+    Err err;
+    assert_true(field_take(&f, g, &(FieldSpec){0}, &err));
+    return f;
+}
+
+enum { ASKED = 1 << 14 };
+
+typedef struct Asked {
+    const Field *f;
+    Vec3 p[ASKED], grad[ASKED];
+    double F[ASKED];
+} Asked;
+
+static void ask_block(void *ctx, int begin, int end)
+{
+    Asked *a = ctx;
+    field_sample(a->f, end - begin, a->p + begin, a->F + begin, a->grad + begin);
+}
+
+static Asked *ask(const Field *f)
+{
+    Asked *a = NEW(Asked, 1);
+    uint64_t seed = 8;
+    a->f = f;
+    for (int i = 0; i < ASKED; i++) a->p[i] = vec3(64 * (shape_noise(&seed) + 0.5), 64 * (shape_noise(&seed) + 0.5), 40 * (shape_noise(&seed) + 0.5));
+    parallel_for(ASKED, 64, ask_block, a);
+    return a;
+}
+
+static void bricks_that_wait_are_gathered_when_asked_for(void **state)
+{
+    (void)state;
+    Grid g = narrow_band(), h = narrow_band();
+    Field lazy = take(&g), eager = field_from(h);
+    assert_non_null(lazy.gathered);
+    assert_int_equal(g.nblock, 0); /* it went along */
+    thread_set_count(4);
+    Asked *a = ask(&lazy), *b = ask(&eager);
+    assert_memory_equal(a->F, b->F, sizeof a->F);
+    assert_memory_equal(a->grad, b->grad, sizeof a->grad);
+    int gathered = 0, ring = lazy.nbrick - lazy.ncrossed;
+    for (int i = 0; i < ring; i++) gathered += lazy.gathered[i];
+    assert_in_range(gathered, ring / 4, ring - 10); /* nobody asked above 40 */
+    assert_true(field_is_same(&lazy, &eager));
+    field_free(&eager);
+
+    h = narrow_band();
+    grid_add_block(&h, 30, 31, 55)[7] = -2.9f; /* far from any crossed cell */
+    eager = field_from(h);
+    assert_int_equal(eager.nbrick, lazy.nbrick);
+    assert_false(field_is_same(&lazy, &eager));
+    mem_free(a);
+    mem_free(b);
+    field_free(&lazy);
+    field_free(&eager);
+}
+
+static void a_grid_larger_than_what_waits_stays(void **state)
+{
+    (void)state;
+    Grid g = grid_of(64, fn_ball, (double[]){30, 30, 30, 6});
+    Field f = take(&g);
+    assert_null(f.gathered);
+    assert_int_equal(g.nblock, 512);
+    field_free(&f);
+    grid_free(&g);
+}
+
 /* --- transforms -------------------------------------------------------------------------------------------------------- */
 
 static double fn_plane(const double *k, Vec3 p) { return k[0] + k[1] * p.x + k[2] * p.y + k[3] * p.z; }
@@ -437,6 +531,8 @@ int main(void)
         cmocka_unit_test(sample_at_the_isovalue_is_outside),
         cmocka_unit_test(cost_is_of_the_surface_not_of_the_extent),
         cmocka_unit_test(bricks_are_in_order_and_found),
+        cmocka_unit_test(bricks_that_wait_are_gathered_when_asked_for),
+        cmocka_unit_test(a_grid_larger_than_what_waits_stays),
         cmocka_unit_test(gradients_are_of_the_world),
         cmocka_unit_test(bricks_above_crossed_ones_are_known_as_crossed),
         cmocka_unit_test(triangles_against_the_gradient_are_inverted),
