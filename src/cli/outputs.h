@@ -54,9 +54,9 @@ bool outputs_reopen(Outputs *o, const MeshJob *job, double fps, Store *s, Err *e
 bool outputs_are_due(const Outputs *o);
 /* Writes a frame in all formats wanted, then the state, if it has one. */
 bool outputs_add_frame(Outputs *o, OutFrame *f, Err *err);
-/* Gives all files their names; everything is tried, err tells of the first failure. `state`: of the last frame, to be written; NULL:
- * none. Complete and without failure: parts and state go. Else they stay to be gone on with, beside files of the finished frames that can be played; where nothing was
- * shown nothing is left. */
+/* Gives all files their names; everything is tried, err tells of the first failure. Complete and without failure: parts and
+ * state go. Else they stay to be gone on with, beside files of the finished frames that can be played; where nothing was
+ * shown nothing is left. `state`: that of the last frame, if it is to be written yet; else NULL. */
 bool outputs_close(Outputs *o, bool complete, Store *state, Err *err);
 /* Removes what a run that was killed after it gave the last of its files its name may have left. */
 bool outputs_sweep(const MeshJob *job, Err *err);

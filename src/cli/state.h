@@ -1,7 +1,7 @@
 /* state.h: PREFIX.state: where a run stands after its last finished frame.
  *
- * It is replaced after each frame, or after some (outputs.h), in one step, once everything it tells of is on disk. Behind a head that names the
- * program's version come the settings, the frames done with the digests of their files, the tracker's memory
+ * It is replaced after each frame, or some of them (outputs.h), in one step, once everything it tells of is on disk. Behind a
+ * head that names the program's version come the settings, the frames done with the digests of their files, the tracker's memory
  * (track_store) and the lengths and tables of the growing outputs. A digest of all that guards it against damage; each value
  * is checked as well when it is read. */
 #pragma once

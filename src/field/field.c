@@ -3,11 +3,9 @@
 
 #include <float.h>
 #include <math.h>
-#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SPARES = 2 };
 enum { FIELD_BRICKS_MAX = 1 << 20 }; /* 5 GiB of samples: beyond it the frame is refused */
 
 /* --- which side a sample is on, and how far away the farthest is ------------------------------------------- */
@@ -26,11 +24,6 @@ enum { BLOCK_OUTSIDE, BLOCK_INSIDE, BLOCK_MIXED };
 
 /* The isovalue is a float32 too. */
 static bool is_inside(const Field *f, float v) { return f->sign > 0 ? v > (float)f->iso : v < (float)f->iso; }
-
-static bool in_box(const Field *f, int x, int y, int z)
-{
-    return x >= f->lo[0] && x <= f->hi[0] && y >= f->lo[1] && y <= f->hi[1] && z >= f->lo[2] && z <= f->hi[2];
-}
 
 /* Samples of the box [lo, lo + side) within the active bounding box. */
 static double overlap(const Field *f, const int lo[3], int side)
@@ -83,7 +76,7 @@ static bool survey(Field *f, const Grid *g, Err *err)
         }
         for (int c = 0; c < GRID_CELLS; c++) {
             int x = o[0] + (c & 7), y = o[1] + (c >> 3 & 7), z = o[2] + (c >> 6);
-            if (!in_box(f, x, y, z)) continue;
+            if (!field_in_box(f, x, y, z)) continue;
             if (!isfinite(v[c]))
                 return fail(err, ERR_INPUT, "the grid holds a value that is no finite number at sample (%d, %d, %d); repair the cache or leave the frame out", x, y, z);
             reach_out(&far, f, v[c]);
@@ -181,64 +174,7 @@ static bool find_candidates(Builder *b, Err *err)
     return add_shell(b, lo, hi, err);
 }
 
-/* --- filling bricks ---------------------------------------------------------------------------------------- */
-
-/* The 27 blocks about a brick; where there is none, a row of a constant stands for all of its rows (a tile is a whole number of blocks). */
-typedef struct Blocks {
-    const float *row[27];   /* the first */
-    int step[27];           /* from row to row: 8 or 0 */
-    float constant[27][8];
-} Blocks;
-
-static void find_blocks(const Grid *g, const int o[3], Blocks *out)
-{
-    for (int n = 0; n < 27; n++) {
-        int x = o[0] + 8 * (n % 3 - 1), y = o[1] + 8 * (n / 3 % 3 - 1), z = o[2] + 8 * (n / 9 - 1);
-        const float *block = grid_block(g, x, y, z);
-        out->row[n] = block ? block : out->constant[n];
-        out->step[n] = block ? 8 : 0;
-        if (block) continue;
-        float c = grid_at(g, x, y, z, 0);
-        for (int k = 0; k < 8; k++) out->constant[n][k] = c;
-    }
-}
-
-/* Along an axis a brick's span is the last sample of the block before, all of the block, and two of the next. */
-static const struct { int from, n; } SPAN_PART[3] = {{7, 1}, {0, 8}, {0, 2}};
-
-static void cut_to_box(const Field *f, const int o[3], float *v)
-{
-    const float outside = (float)(f->iso - f->sign * f->far);
-    int from = int_max(f->lo[0] - (o[0] - 1), 0), to = int_min(f->hi[0] - (o[0] - 1) + 1, BRICK_SPAN); /* of a row, within */
-    for (int z = o[2] - 1; z < o[2] + 10; z++)
-        for (int y = o[1] - 1; y < o[1] + 10; y++, v += BRICK_SPAN) {
-            bool within = y >= f->lo[1] && y <= f->hi[1] && z >= f->lo[2] && z <= f->hi[2] && from < to;
-            for (int x = 0; x < (within ? from : BRICK_SPAN); x++) v[x] = outside;
-            for (int x = int_max(to, 0); within && x < BRICK_SPAN; x++) v[x] = outside;
-        }
-}
-
-/* The samples origin-1 ... origin+9 of a brick; those beyond the bounding box are outside. */
-static void gather_brick(const Field *f, const Grid *g, const int o[3], float *out)
-{
-    Blocks blocks;
-    float *v = out;
-    find_blocks(g, o, &blocks);
-    for (int k = 0; k < 3; k++)
-        for (int z = 0; z < SPAN_PART[k].n; z++)
-            for (int j = 0; j < 3; j++) {
-                int n = 9 * k + 3 * j, row = 8 * (SPAN_PART[k].from + z) + SPAN_PART[j].from;
-                const int *step = blocks.step + n;
-                const float *before = blocks.row[n] + step[0] * row, *at = blocks.row[n + 1] + step[1] * row, *after = blocks.row[n + 2] + step[2] * row;
-                for (int y = 0; y < SPAN_PART[j].n; y++, v += BRICK_SPAN, before += step[0], at += step[1], after += step[2]) {
-                    v[0] = before[7];
-                    memcpy(v + 1, at, 8 * sizeof *v);
-                    v[9] = after[0];
-                    v[10] = after[1];
-                }
-            }
-    if (!in_box(f, o[0] - 1, o[1] - 1, o[2] - 1) || !in_box(f, o[0] + 9, o[1] + 9, o[2] + 9)) cut_to_box(f, o, out);
-}
+/* --- which of them do -------------------------------------------------------------------------------------- */
 
 /* Crossed: corners of both kinds among the samples origin ... origin+8. */
 static bool brick_is_crossed(const Field *f, const float *v)
@@ -267,13 +203,13 @@ static int kind_of_rim(const Builder *b, int x, int y, int z, int rim)
 static bool candidate_is_crossed(const Builder *b, const int o[3])
 {
     float v[BRICK_SAMPLES];
-    if (in_box(b->f, o[0], o[1], o[2]) && in_box(b->f, o[0] + 8, o[1] + 8, o[2] + 8)) {
+    if (field_in_box(b->f, o[0], o[1], o[2]) && field_in_box(b->f, o[0] + 8, o[1] + 8, o[2] + 8)) {
         int kind = kind_of_rim(b, o[0], o[1], o[2], 0);
         for (int rim = 1; rim < 8; rim++)
             if (kind == BLOCK_MIXED || kind_of_rim(b, o[0] + 8 * (rim & 1), o[1] + 8 * (rim >> 1 & 1), o[2] + 8 * (rim >> 2), rim) != kind) return true;
         return kind == BLOCK_MIXED;
     }
-    gather_brick(b->f, b->grid, o, v);
+    brick_gather(b->f, b->grid, o, v);
     return brick_is_crossed(b->f, v);
 }
 
@@ -358,62 +294,6 @@ static void build_room(Field *f)
     }
 }
 
-/* --- room for samples --------------------------------------------------------------------------------------- */
-
-/* What fields that are gone have left for those to come. By far the largest blocks of memory, of a size that hardly changes, a few at a
- * time: given back they would be cut up for what comes between. */
-static struct {
-    pthread_mutex_t lock;
-    int capbrick[SPARES];
-    float *value[SPARES]; /* NULL: none */
-} spare = {.lock = PTHREAD_MUTEX_INITIALIZER};
-
-static void take_room(Field *f)
-{
-    pthread_mutex_lock(&spare.lock);
-    for (int i = 0; i < SPARES && !f->value; i++) {
-        if (!spare.value[i] || spare.capbrick[i] < f->nbrick || spare.capbrick[i] / 2 > f->nbrick) continue;
-        f->value = spare.value[i];
-        f->capbrick = spare.capbrick[i];
-        spare.value[i] = NULL;
-    }
-    pthread_mutex_unlock(&spare.lock);
-    if (f->value) return;
-    f->capbrick = f->nbrick + f->nbrick / 16;
-    f->value = mem_alloc((size_t)f->capbrick, BRICK_SAMPLES * sizeof *f->value);
-}
-
-/* In place of the smallest spare one, if that is smaller. */
-static void leave_room(Field *f)
-{
-    int at = 0;
-    float *gone = f->value;
-    pthread_mutex_lock(&spare.lock);
-    for (int i = 0; i < SPARES; i++) {
-        if (!spare.value[i]) spare.capbrick[i] = 0;
-        if (spare.capbrick[i] < spare.capbrick[at]) at = i;
-    }
-    if (f->capbrick > spare.capbrick[at]) {
-        gone = spare.value[at];
-        spare.value[at] = f->value;
-        spare.capbrick[at] = f->capbrick;
-    }
-    pthread_mutex_unlock(&spare.lock);
-    mem_free(gone);
-}
-
-static float *brick_samples(const Field *f, int brick) { return f->value + (size_t)brick * BRICK_SAMPLES; }
-
-void field_gather(const Field *f, int brick)
-{
-    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-    uint8_t *gathered = &f->gathered[brick - f->ncrossed];
-    pthread_mutex_lock(&lock);
-    if (!*gathered) gather_brick(f, &f->source, f->origin[brick], brick_samples(f, brick));
-    __atomic_store_n(gathered, 1, __ATOMIC_RELEASE);
-    pthread_mutex_unlock(&lock);
-}
-
 static bool build_bricks(Builder *b, Err *err)
 {
     Field *f = b->f;
@@ -423,7 +303,7 @@ static bool build_bricks(Builder *b, Err *err)
     if (b->ncand > FIELD_BRICKS_MAX) return too_many_bricks(err); /* later stages number samples in 32 bits */
     f->nbrick = b->ncand;
     f->origin = mem_alloc((size_t)f->nbrick, sizeof *f->origin);
-    take_room(f);
+    bricks_take_room(f);
     map_init(&f->brick_at, f->nbrick);
     for (int k = 0; k < f->nbrick; k++) {
         memcpy(f->origin[k], b->cand[k], sizeof b->cand[k]);
@@ -431,7 +311,7 @@ static bool build_bricks(Builder *b, Err *err)
     }
     int waiting = f->nbrick - f->ncrossed;
     if (b->may_wait && (int64_t)b->grid->nblock * GRID_CELLS < (int64_t)waiting * BRICK_SAMPLES) f->gathered = NEW0(uint8_t, waiting);
-    for (int k = 0; k < (f->gathered ? f->ncrossed : f->nbrick); k++) gather_brick(f, b->grid, f->origin[k], brick_samples(f, k));
+    for (int k = 0; k < (f->gathered ? f->ncrossed : f->nbrick); k++) brick_gather(f, b->grid, f->origin[k], brick_samples(f, k));
     if (f->nbrick) build_room(f);
     return true;
 }
@@ -472,7 +352,7 @@ void field_free(Field *f)
     mem_free(f->origin);
     mem_free(f->gathered);
     grid_free(&f->source);
-    leave_room(f);
+    bricks_leave_room(f);
     map_free(&f->brick_at);
     mem_free(f->room);
     *f = (Field){0};
@@ -487,7 +367,7 @@ static bool have_same_samples(const Field *a, const Field *b, int begin, int end
 
 static void gather_all(const Field *f)
 {
-    for (int b = f->ncrossed; b < f->nbrick && f->gathered; b++) field_gather(f, b);
+    for (int b = f->ncrossed; b < f->nbrick && f->gathered; b++) brick_ask(f, b);
 }
 
 bool field_is_same(const Field *a, const Field *b)

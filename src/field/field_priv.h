@@ -8,8 +8,23 @@ typedef struct Spot {
     double x, y, z;
 } Spot;
 
-/* Gathers the samples of a brick that nobody has asked for yet. */
-void field_gather(const Field *f, int brick);
+static inline bool field_in_box(const Field *f, int x, int y, int z)
+{
+    return x >= f->lo[0] && x <= f->hi[0] && y >= f->lo[1] && y <= f->hi[1] && z >= f->lo[2] && z <= f->hi[2];
+}
+
+/* --- bricks.c ----------------------------------------------------------------------------------------------------------- */
+
+static inline float *brick_samples(const Field *f, int brick) { return f->value + (size_t)brick * BRICK_SAMPLES; }
+/* The samples origin-1 ... origin+9 of the brick at o; those beyond the bounding box are outside. */
+void brick_gather(const Field *f, const Grid *g, const int o[3], float *out);
+/* Gathers a brick around the crossed ones that was still to be gathered. */
+void brick_ask(const Field *f, int brick);
+/* Room for the samples of all bricks, and what is done with it when the field goes. */
+void bricks_take_room(Field *f);
+void bricks_leave_room(Field *f);
+
+/* --- spots ---------------------------------------------------------------------------------------------------------------- */
 
 /* False where no brick holds the point. */
 static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
@@ -17,7 +32,7 @@ static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
     Vec3 q = affine_to_index(&f->xform, p);
     int at[3], b = field_brick_of(f, q, at);
     if (b == NONE) return false;
-    if (b >= f->ncrossed && f->gathered && !__atomic_load_n(&f->gathered[b - f->ncrossed], __ATOMIC_ACQUIRE)) field_gather(f, b);
+    if (b >= f->ncrossed && f->gathered && !__atomic_load_n(&f->gathered[b - f->ncrossed], __ATOMIC_ACQUIRE)) brick_ask(f, b);
     s->v = f->value + (size_t)b * BRICK_SAMPLES + ((at[0] & 7) + 1) + BRICK_SPAN * (((at[1] & 7) + 1) + BRICK_SPAN * ((at[2] & 7) + 1));
     s->x = q.x - at[0];
     s->y = q.y - at[1];

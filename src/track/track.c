@@ -92,7 +92,7 @@ static void compact(Track *tr, Remesh *r)
     mem_free(to);
 }
 
-/* New vertices lie last in memory: before a frame they are put where their neighbours are. */
+/* New vertices lie last in memory; before a frame, once they are many, they are put where their neighbours are. */
 static void gather_strewn(Track *tr)
 {
     Mesh *m = &tr->mesh;
