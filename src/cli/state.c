@@ -48,7 +48,7 @@ bool state_finish(const char *prefix, Err *err)
     FILE *stream = fopen(path, "r+b");
     bool good = stream && fseek(stream, offsetof(Head, finished), SEEK_SET) == 0 && fwrite(&finished, sizeof finished, 1, stream) == 1 &&
                 fflush(stream) == 0 && fsync(fileno(stream)) == 0;
-    if (!good) fail(err, ERR_OUTPUT, "%.800s: cannot be written: %s", path, strerror(errno));
+    if (!good) fail(err, ERR_OUTPUT, "%.800s: cannot be marked as finished (%s); all else of the run is whole: remove it", path, strerror(errno));
     if (stream) fclose(stream);
     mem_free(path);
     return good;
