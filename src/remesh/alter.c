@@ -50,18 +50,20 @@ static int alter_split(Remesh *r, const AlterRules *rules)
     return splits;
 }
 
-/* Vertices of v's component, but counted no further than DROPLET_VERTICES. */
-static int count_vertices(const Mesh *m, int v)
+/* Vertices of v's component, but counted no further than DROPLET_VERTICES. seen[nvert]: those of it that have this mark, which is of this
+ * count alone. */
+static int count_vertices(const Mesh *m, int v, int32_t *seen, int32_t mark)
 {
     int32_t found[DROPLET_VERTICES] = {v};
     int n = 1;
+    seen[v] = mark;
     for (int i = 0; i < n; i++) {
         int h = m->out[found[i]];
         do {
-            int w = he_to(m, h), k = 0;
-            while (k < n && found[k] != w) k++;
-            if (k < n) continue;
+            int w = he_to(m, h);
+            if (seen[w] == mark) continue;
             if (n == DROPLET_VERTICES) return n;
+            seen[w] = mark;
             found[n++] = w;
         } while ((h = he_around(m, h)) != m->out[found[i]]);
     }
@@ -82,10 +84,11 @@ static int alter_collapse(Remesh *r, const AlterRules *rules)
     Mesh *m = r->mesh;
     EdgeEnds *edge;
     int n = remesh_edges_by_length(r, &(EdgeChoice){-1, rules->e_min * rules->rest, may_collapse, rules}, false, &edge), collapses = 0;
+    int32_t *seen = NEW0(int32_t, n ? m->nvert : 0);
     for (int i = 0; i < n; i++) {
         int h = remesh_find_edge(m, &edge[i]);
         if (h == NONE || m->flag[h]) continue;
-        int size = count_vertices(m, he_from(m, h));
+        int size = count_vertices(m, he_from(m, h), seen, i + 1);
         if (size < SPECK_VERTICES || (size < DROPLET_VERTICES && edge[i].length >= DROPLET_COLLAPSE * rules->e_min * rules->rest)) continue;
         int a = he_from(m, h), b = he_to(m, h);
         if (!remesh_try_collapse(r, h, &LIMITS_EDIT)) continue;
@@ -93,6 +96,7 @@ static int alter_collapse(Remesh *r, const AlterRules *rules)
         collapses++;
     }
     mem_free(edge);
+    mem_free(seen);
     return collapses;
 }
 
@@ -176,7 +180,7 @@ static void forget_steps(const Remesh *r)
     }
 }
 
-RemeshStat remesh_coarsen(Remesh *r)
+RemeshStat remesh_coarsen(Remesh *r, int rounds)
 {
     static const double LIMIT[] = {0.5, COARSEN_SHORT};
     RemeshStat stat = {0};
@@ -184,7 +188,8 @@ RemeshStat remesh_coarsen(Remesh *r)
         stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }
-    for (int k = 0; k < 3; k++) {
+    remesh_compact(r, NULL); /* most are dead by now */
+    for (int k = 0; k < rounds; k++) {
         remesh_smooth(r, 1);
         stat.splits += split_above(r, COARSEN_LONG * r->edge);
         stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);

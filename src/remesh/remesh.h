@@ -80,8 +80,9 @@ void remesh_improve(Remesh *r, const uint8_t *held);
 /* Steps of tangential smoothing: each vertex halfway towards its neighbours' mean. */
 void remesh_smooth(Remesh *r, int steps);
 
-/* Marching cubes' small triangles brought to the wanted edge length. Leaves the mesh compact, without flags. */
-RemeshStat remesh_coarsen(Remesh *r);
+/* Marching cubes' small triangles brought to the wanted edge length, and evened in so many rounds. Leaves the mesh compact, without
+ * flags. */
+RemeshStat remesh_coarsen(Remesh *r, int rounds);
 
 /* Triangles of about the edge length wanted made more even. Leaves the mesh compact, without flags. */
 void remesh_even(Remesh *r);

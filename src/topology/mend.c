@@ -16,6 +16,8 @@ enum {
     ROUND_EXACT = 5,           /* from here on what matches stays */
     SMALL_LOOPS = 300,         /* smaller components are made anew from the second round on, those of a last mend at once */
     FLIP_ROUNDS = 3,
+    EVEN_ROUNDS = 3,           /* of coarsened patches, */
+    EVEN_ROUNDS_EARLY = 1,     /* or, where they are relaxed with the rest, */
     SPLITS_MAX = 4,
     FEW = 50,
 };
@@ -23,6 +25,7 @@ enum {
 #define MANY_SHARE 0.03        /* of all triangles: more that are turned over or crossed are tried once, */
 #define FEW_SHARE 0.01         /* and more than this not with finer patches: they would do harm */
 #define THOROUGH_SHARE 0.003   /* for fewer than this, or than FEW, all of their component is looked at, if need be */
+#define ONCE_SHARE 0.05        /* where there were fewer, what the first round of an early mend leaves is the last mend's */
 #define FAULTY_SHARE 0.4       /* a component that does not match and has more corners of faulty triangles, a loop, is made anew at once */
 
 typedef struct Verdict {
@@ -133,15 +136,15 @@ static void remember_edges(const Mesh *m, const Faults *f, Map *edges)
     }
 }
 
-/* Brings the vertices from `first` on to the edge length (0: only heals). */
-static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge, const Map *edges)
+/* Brings the vertices from `first` on to the edge length (0: only heals), and evens them in so many rounds. */
+static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge, int rounds, const Map *edges)
 {
     Remesh r;
     int found;
     int32_t *home = audit_mesh_homes(iso, m);
     remesh_begin_confined(&r, m, iso->field, edge > 0 ? edge : iso->field->voxel, &(Homes){iso_is_home, iso, home}, first);
     if (edge > 0) {
-        remesh_coarsen(&r);
+        remesh_coarsen(&r, rounds);
         for (int k = 0; k < FLIP_ROUNDS && remesh_flip_towards(&r, edges); k++) {}
     }
     remesh_heal(&r, NULL, &found);
@@ -218,7 +221,7 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
     graft_patches(iso, &plan, m, speck, stat);
     first = compact_new(m, first);
-    if (ROUND_EDGE[round] != NONE) work_patches(iso, m, first, ROUND_EDGE[round] * opt->edge, &edges);
+    if (ROUND_EDGE[round] != NONE) work_patches(iso, m, first, ROUND_EDGE[round] * opt->edge, opt->early ? EVEN_ROUNDS_EARLY : EVEN_ROUNDS, &edges);
     else stat->raw += count_raw(iso, v);
     speck_append(iso, speck, m);
     round_positions(m);
@@ -292,7 +295,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (again && opt->crossings) untangle(iso, m, opt->edge, opt->crossings);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
-        if (opt->early && v.faults.any < FEW) again = false;
+        if (opt->early && v.faults.any < real_max(FEW, ONCE_SHARE * m->ntri)) again = false;
         verdict_free(&v);
     }
     if (opt->crossings && crossed) split_crossed(iso, m, opt->edge, opt->crossings);
@@ -309,7 +312,7 @@ void mend_append(const IsoSurface *iso, const uint8_t *want, double edge, Mesh *
     }
     mesh_init(&fresh);
     iso_triangulate(iso, coarse, &fresh, NULL);
-    work_patches(iso, &fresh, 0, edge, &none);
+    work_patches(iso, &fresh, 0, edge, EVEN_ROUNDS, &none);
     mesh_append(mesh, fresh.nvert, fresh.pos, NULL, fresh.ntri, fresh.corner);
     speck_append(iso, speck, mesh);
     mesh_free(&fresh);

@@ -33,7 +33,8 @@ typedef struct MendOptions {
     double edge;           /* wanted, world units */
     const uint8_t *frozen; /* [mesh->nvert] vertices that did not move since the last mend */
     Crossings *crossings;  /* mend triangles that run through one another as well; NULL: not */
-    bool early;            /* another mend of the frame follows: where little was wrong, it is left to that to look at what was mended */
+    bool early;            /* all is relaxed and mended once more in this frame: patches are evened less, and where little was wrong it is
+                            * left to that mend to look at them */
 } MendOptions;
 
 /* `mesh` must be compact, and is afterwards; its positions are rounded to float32. Vertices outside patches keep their

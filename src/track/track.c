@@ -260,7 +260,7 @@ static void audit_and_mend(Track *tr, const IsoSurface *iso, bool relaxed, Frame
     float *unrest = NEW(float, n);
     uint8_t *frozen = NEW(uint8_t, n), *moved = NEW(uint8_t, n);
     for (int v = 0; v < n; v++) id[v] = m->id[v], unrest[v] = tr->unrest[v], frozen[v] = tr->frozen[v], moved[v] = tr->moved[v];
-    mend_mesh(iso, &(MendOptions){edge_made(tr), frozen, relaxed ? &tr->crossings : NULL, !relaxed}, m, &tr->mended);
+    mend_mesh(iso, &(MendOptions){edge_made(tr), frozen, relaxed ? &tr->crossings : NULL, !relaxed && m->ntri > 0}, m, &tr->mended);
     if (tr->mended.rounds > rounds) carry_columns(tr, n, id, unrest, frozen, moved);
     mem_free(id);
     mem_free(unrest);

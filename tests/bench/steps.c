@@ -31,7 +31,7 @@ static void begin(Run *run, const Field *field)
     memset(want, 1, (size_t)iso.ncomp);
     iso_triangulate(&iso, want, &run->mesh, NULL);
     remesh_begin(&r, &run->mesh, field, run->edge, NULL);
-    remesh_coarsen(&r);
+    remesh_coarsen(&r, 3);
     remesh_end(&r);
     mem_free(want);
     iso_free(&iso);

@@ -22,7 +22,7 @@ static void scene_make(Scene *s, int n, FieldFn *fn, const double *k, double edg
     iso_triangulate(&s->iso, want, &s->mesh, NULL);
     Remesh r;
     remesh_begin(&r, &s->mesh, &s->field, edge, NULL);
-    remesh_coarsen(&r);
+    remesh_coarsen(&r, 3);
     remesh_end(&r);
 }
 

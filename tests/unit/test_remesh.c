@@ -33,7 +33,7 @@ static void skin_raw(Skin *s, Grid g, double edge, bool homes)
 static void skin_make(Skin *s, Grid g, double edge, bool homes)
 {
     skin_raw(s, g, edge, homes);
-    remesh_coarsen(&s->r);
+    remesh_coarsen(&s->r, 3);
     remesh_remember_lengths(&s->mesh, NULL);
 }
 
@@ -122,7 +122,7 @@ static void coarsening_keeps_the_topology_of_noise(void **state)
     Skin s;
     skin_raw(&s, grid_of_noise(9, 3, 0), 1.5, true);
     int chi = mesh_euler(&s.mesh, NONE), n = mesh_components(&s.mesh, NULL, NULL), before = s.mesh.ntri, found;
-    remesh_coarsen(&s.r);
+    remesh_coarsen(&s.r, 3);
     assert_mesh(&s.mesh);
     assert_true(s.mesh.ntri < before);
     assert_int_equal(mesh_euler(&s.mesh, NONE), chi);
@@ -148,7 +148,7 @@ static void what_is_not_fresh_stays(void **state)
     uint8_t *zone = NEW(uint8_t, first);
     int fixed = 0;
     for (int v = 0; v < first; v++) was[v] = s.mesh.pos[v], zone[v] = s.r.zone[v];
-    remesh_coarsen(&s.r);
+    remesh_coarsen(&s.r, 3);
     assert_mesh(&s.mesh);
     assert_int_equal(mesh_euler(&s.mesh, NONE), 2);
     assert_in_range(s.mesh.nvert, first + 1, first + (before - first) / 2);
