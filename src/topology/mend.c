@@ -86,26 +86,49 @@ static bool is_large_wrong(const IsoSurface *iso, const uint8_t *wrong)
     return any;
 }
 
+typedef struct Match {
+    int32_t *comp;      /* [m->ntri] of the mesh's components */
+    int32_t *partner;   /* the component of the isosurface that each of those lies on, or NONE */
+    uint8_t *wrong;     /* [iso->ncomp] */
+    bool all;           /* none is wrong, neither here nor there */
+} Match;
+
+static Match find_match(const IsoSurface *iso, const Mesh *m)
+{
+    Match a = {.comp = NEW(int32_t, m->ntri), .wrong = NEW(uint8_t, iso->ncomp)};
+    int n = mesh_components(m, a.comp, NULL);
+    uint8_t *mesh_bad = NEW(uint8_t, n);
+    a.partner = NEW(int32_t, n);
+    AuditStat s = audit_match(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, a.comp}, true, mesh_bad, a.wrong, a.partner);
+    a.all = s.wrong_mesh + s.wrong_iso == 0;
+    mem_free(mesh_bad);
+    return a;
+}
+
+static void match_free(Match *a)
+{
+    mem_free(a->comp);
+    mem_free(a->partner);
+    mem_free(a->wrong);
+}
+
 static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, Verdict *v)
 {
-    int32_t *comp = NEW(int32_t, m->ntri);
-    int n = mesh_components(m, comp, NULL);
-    int32_t *partner = NEW(int32_t, n);
-    uint8_t *mesh_bad = NEW(uint8_t, n);
-    *v = (Verdict){.whole = NEW0(uint8_t, iso->ncomp), .wrong = NEW(uint8_t, iso->ncomp), .faulty = NEW0(int32_t, iso->ncomp)};
-    AuditStat a = audit_match(iso, &(AuditMesh){m->nvert, m->ntri, n, m->pos, m->corner, comp}, true, mesh_bad, v->wrong, partner);
+    Match a = find_match(iso, m);
+    *v = (Verdict){.whole = NEW0(uint8_t, iso->ncomp), .wrong = a.wrong, .faulty = NEW0(int32_t, iso->ncomp)};
+    a.wrong = NULL;
     Faults *f = &v->faults;
     faults_find(iso, m, opt->crossings, f);
     int bad = f->inverted + f->crossed;
     v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;
     forgive(iso, m, (round < ROUND_STRICT ? 0 : FAULT_FAR) | (many ? FAULT_INVERTED | FAULT_CROSSED : 0), v);
-    if (round >= ROUND_EXACT) forgive_all(m, comp, partner, round == ROUND_EXACT && f->crossed < FEW ? FAULT_CROSSED : 0, v);
+    if (round >= ROUND_EXACT) forgive_all(m, a.comp, a.partner, round == ROUND_EXACT && f->crossed < FEW ? FAULT_CROSSED : 0, v);
     v->any = false;
     for (int t = 0; t < m->ntri; t++) v->any = v->any || f->tri[t];
     for (int c = 0; c < iso->ncell; c++) v->any = v->any || f->cell[c];
     v->crumbs = !v->any && !is_large_wrong(iso, v->wrong);
-    v->any = v->any || a.wrong_mesh + a.wrong_iso > 0;
+    v->any = v->any || !a.all;
     count_faulty(iso, m, v);
     if (round == 0) renew_specks(iso, m, opt->frozen, v);
     for (int k = 0; k < iso->ncomp; k++) {
@@ -113,9 +136,17 @@ static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, 
         if (v->wrong[k] && (lost || round >= ROUND_WHOLE || ((round > 0 || !opt->early) && iso->comp_loops[k] < SMALL_LOOPS))) v->whole[k] = 1;
         v->any = v->any || v->whole[k];
     }
-    mem_free(comp);
-    mem_free(mesh_bad);
-    mem_free(partner);
+    match_free(&a);
+}
+
+/* After the exact round: would that judge find nothing? */
+static bool is_mended(const IsoSurface *iso, const Mesh *m)
+{
+    Match a = find_match(iso, m);
+    bool mended = a.all;
+    for (int t = 0; t < m->ntri && mended; t++) mended = has_area(m, t);
+    match_free(&a);
+    return mended;
 }
 
 static void verdict_free(Verdict *v)
@@ -295,6 +326,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (again && opt->crossings) untangle(iso, m, opt->edge, opt->crossings);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
+        if (round >= ROUND_EXACT && again) again = !is_mended(iso, m);
         if (opt->early && v.faults.any < real_max(FEW, ONCE_SHARE * m->ntri)) again = false;
         verdict_free(&v);
     }
