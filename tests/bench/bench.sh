@@ -9,6 +9,7 @@
 #   OPTIONS='--deviation 0.15'      of twinmesh mesh, in all cases; those in CACHE too
 #   RUNS=5, BUDGET=30               medians of so many runs; but in each case none beyond the first that would end after so many
 #                                   seconds, and where the first alone takes five times as long no larger case of its kind
+# twinmesh as near is one that asks for less: whose mean and 95th percentile of distances are no larger than volumeToMesh's at adaptivity 0.
 # The peers are told in peer.h; one that was not built is left out. They write their files without syncing them; twinmesh and
 # the floor sync. Peaks of memory are those of a run's largest process; the fields' is that of a program that reads the frames,
 # keeps as many fields as a run does, and does nothing with them.
@@ -66,12 +67,18 @@ record() { # program, threads, JSON of its stages and triangles
         --argjson more "$3" '{$case, $program, $threads, $frames} + . + $more' >>"$raw"
 }
 
-run_ours() { # threads
-    local out=$scratch/ours
+mesh() { # prefix, threads, options and frames...: its clock in $scratch/timed
+    local out=$1 threads=$2
+    shift 2
     rm -f "$out".*
-    "$build/tests/timed" "$scratch/timed" "$build/twinmesh" mesh "${files[@]}" -o "$out" --format ply --grid "$grid" --iso "$iso" \
-        --threads "$1" --quiet "${options[@]}" ${OPTIONS:-} 2>"$scratch/said" || { cat "$scratch/said" >&2; return 1; }
-    record twinmesh "$1" "$(jq -s 'map(.totals | values) | {triangles: .[0].triangles_geometric, mechanical: .[0].triangles_mechanical,
+    "$build/tests/timed" "$scratch/timed" "$build/twinmesh" mesh -o "$out" --format ply --grid "$grid" --iso "$iso" --threads "$threads" \
+        --quiet "${options[@]}" ${OPTIONS:-} "$@" 2>"$scratch/said" || { cat "$scratch/said" >&2; return 1; }
+}
+
+run_ours() { # what it is called here, prefix, threads, options...
+    local program=$1 out=$2 threads=$3
+    mesh "$out" "$threads" "${files[@]}" "${@:4}"
+    record "$program" "$threads" "$(jq -s 'map(.totals | values) | {triangles: .[0].triangles_geometric, mechanical: .[0].triangles_mechanical,
         stages: .[1] | del(.frames)}' "$out.report.jsonl" "$out.timings.jsonl")"
 }
 
@@ -95,7 +102,8 @@ run_floor() {
 }
 
 run_others() {
-    [ "$threads" = 1 ] || run_ours 1
+    [ "$threads" = 1 ] || run_ours twinmesh "$scratch/ours" 1
+    [ -z "$coarser" ] || run_ours twinmesh_as_near "$scratch/near" "$threads" $(coarser $coarser)
     run_peer volume_to_mesh volume_to_mesh 0
     run_peer volume_to_mesh_as_many volume_to_mesh "$as_many"
     [ -z "$as_near" ] || run_peer volume_to_mesh_as_near volume_to_mesh "$as_near"
@@ -117,36 +125,49 @@ p99() { distances "$1" | jq '[.to_surface.p99, .from_surface.p99] | max'; }
 is_less() { awk -v a="$1" -v b="$2" 'BEGIN { exit !(a + 0 < b + 0) }'; }
 
 adaptive() { "$build/tests/volume_to_mesh" "$threads" "$grid" "$iso" "$scratch/trial" "$1" "$middle"; } # adaptivity
-has_as_many() { ! is_less "$(adaptive "$1" | jq .triangles)" "$our_triangles"; }
-is_as_near() { adaptive "$1" >"$scratch/stages" && ! is_less "$our_p99" "$(p99 "$scratch/trial")"; }
+has_as_many() { ! is_less "$(adaptive "$(adaptivity "$1")" | jq .triangles)" "$our_triangles"; }
+is_as_near() { adaptive "$(adaptivity "$1")" >"$scratch/stages" && ! is_less "$our_p99" "$(p99 "$scratch/trial")"; }
 
-# The largest adaptivity for which it holds, of 63 from 0.0001 to 0.87 at even ratios; 0 where it holds for none.
-bisect() { # has_as_many or is_as_near
-    local low=0 high=64 mid
+# Refinement that asks for less: both limits grow, by a twelfth of their tenfold a step.
+coarser() { awk -v i="$1" 'BEGIN { s = 10 ^ (i / 12); printf "--deviation %.3g --angle %.3g", 0.085 * s, 20 * s }'; }
+is_no_farther() { # coarser by
+    mesh "$scratch/near" "$threads" "${files[@]:0:$((${#files[@]} / 2 + 1))}" $(coarser "$1")
+    jq -n --argjson ours "$(distances "$scratch/near.geometric")" --argjson theirs "$volume_to_mesh" -e '[("to_surface", "from_surface") as $way
+        | ("mean", "p95") as $f | $ours[$way][$f] <= $theirs[$way][$f]] | all' >"$scratch/holds"
+}
+
+# The largest of 1 ... n - 1 for which it holds, as if for all below that; 0 where it holds for none.
+bisect() { # n, what
+    local low=0 high=$1 mid
     while [ $((high - low)) -gt 1 ]; do
         mid=$(((low + high) / 2))
-        if "$1" "$(adaptivity $mid)"; then low=$mid; else high=$mid; fi
+        if "$2" $mid; then low=$mid; else high=$mid; fi
     done
-    adaptivity $low
+    echo $low
 }
+# 0.0001 to 0.87 at even ratios
 adaptivity() { awk -v i="$1" 'BEGIN { printf "%.3g", i ? 10 ^ (i / 16 - 4) : 0 }'; }
 
-find_peers_settings() {
+find_settings() {
     edge=$(jq -s 'map(.edge_asked // empty)[0]' "$scratch/ours.report.jsonl")
     our_triangles=$(jq --arg frame "$middle_frame" 'select(.frame == $frame).triangles_geometric' "$scratch/ours.report.jsonl")
-    as_many=$(bisect has_as_many) as_near=
+    as_many=$(adaptivity "$(bisect 64 has_as_many)") as_near='' coarser=''
     if [ "$our_triangles" -le $triangles_checked ]; then
         our_p99=$(p99 "$scratch/ours.geometric")
-        as_near=$(bisect is_as_near)
+        as_near=$(adaptivity "$(bisect 64 is_as_near)")
+        adaptive 0 >"$scratch/stages"
+        volume_to_mesh=$(distances "$scratch/trial")
+        coarser=$(bisect 8 is_no_farther)
     fi
 }
 
 measure_distances() {
     local program prefix
     [ "$our_triangles" -le $triangles_checked ] || return 0
-    for program in twinmesh volume_to_mesh volume_to_mesh_as_many volume_to_mesh_as_near flying_edges isotropic; do
+    for program in twinmesh twinmesh_as_near volume_to_mesh volume_to_mesh_as_many volume_to_mesh_as_near flying_edges isotropic; do
         prefix=$scratch/$program
         [ $program != twinmesh ] || prefix=$scratch/ours.geometric
+        [ $program != twinmesh_as_near ] || prefix=$scratch/near.geometric
         [ -f "$prefix.$middle_frame.ply" ] || continue
         jq -nc --arg case "$case" --arg program $program --argjson error "$(distances "$prefix")" '{$case, $program, $error}' >>"$raw"
     done
@@ -163,12 +184,12 @@ bench() { # case
     rm -f "$scratch"/*.ply
     find_frames "$case"
     began=$SECONDS
-    run_ours "$threads"
+    run_ours twinmesh "$scratch/ours" "$threads"
     round_s=$((SECONDS - began))
-    find_peers_settings
+    find_settings
     began=$((SECONDS - round_s))
     for ((run = 1; run <= runs; run++)); do
-        [ $run = 1 ] || run_ours "$threads"
+        [ $run = 1 ] || run_ours twinmesh "$scratch/ours" "$threads"
         run_others
         [ $run != 1 ] || round_s=$((SECONDS - began))
         [ $((SECONDS - began + round_s)) -le "$budget" ] || break

@@ -41,7 +41,7 @@ def figures($is_still): .twinmesh as $ours | (.twinmesh_1 // $ours) as $one | {
     against_as_many: ratio($ours.seconds; .volume_to_mesh_as_many.seconds),
     against_volume_to_mesh: ratio($ours.seconds; .volume_to_mesh.seconds),
     is_no_farther: (if $ours.error then .volume_to_mesh.error as $theirs | $ours.error | is_no_farther($theirs) else null end),
-    triangles: ratio($ours.triangles; .volume_to_mesh.triangles),
+    triangles: ratio((.twinmesh_as_near // $ours).triangles; .volume_to_mesh.triangles),
     microseconds_a_triangle: ratio(1e6 * $ours.seconds; $ours.mechanical),
     triangles_a_second: ratio($one.mechanical; $one | solve),
     speed_up: ratio(.twinmesh_1.seconds; $ours.seconds), # stages of two frames overlap
