@@ -139,6 +139,7 @@ int remesh_split_marked(Remesh *r, const uint8_t *mark, double least)
 #define COARSEN_SHORT 0.72 /* edges below this are collapsed, */
 #define COARSEN_TIDY 0.6   /* edges below this are collapsed even where that costs some distance, */
 #define COARSEN_LONG 1.4   /* edges above this are split, in edges wanted: the mean comes out at 1 */
+enum { SWEEP_WORTH = 8 };  /* with one of so many triangles dead, they are swept out before the later passes */
 
 static int collapse_below(Remesh *r, double limit, const Limits *limits)
 {
@@ -188,7 +189,7 @@ RemeshStat remesh_coarsen(Remesh *r, int rounds)
         stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
         stat.flips += remesh_flip(r, 0.05);
     }
-    remesh_compact(r, NULL); /* most are dead by now */
+    if (SWEEP_WORTH * r->mesh->deadtri > r->mesh->ntri) remesh_compact(r, NULL);
     for (int k = 0; k < rounds; k++) {
         remesh_smooth(r, 1);
         stat.splits += split_above(r, COARSEN_LONG * r->edge);

@@ -14,6 +14,7 @@ enum {
     NEAR_CELLS = 2,    /* around what may be wrong, and a ring of triangles around those there */
     LOOKS_MAX = 3,     /* farther around places where that was too near */
     TRIALS_MAX = 50,   /* three have been seen */
+    EDGE_RINGS = 3,    /* around what is dropped: edges farther away are not flipped when patches are coarsened */
     UNTRIED = -2       /* to be pinned when a seam comes there */
 };
 #define NEAR_SHARE 0.3    /* of a component's triangles: with more that may be wrong it is looked at as a whole */
@@ -461,6 +462,22 @@ static void report_patches(Graft *g, MendStat *stat)
     mem_free(seen);
 }
 
+static void remember_edges(const Graft *g, Map *edges)
+{
+    const Mesh *m = g->mesh;
+    int n = 0;
+    uint8_t *near = NEW(uint8_t, m->ntri);
+    memcpy(near, g->drop, (size_t)m->ntri);
+    for (int k = 0; k < EDGE_RINGS; k++) add_ring(m, near);
+    for (int t = 0; t < m->ntri; t++) n += near[t];
+    map_init(edges, 3 * n);
+    for (int h = 0; h < 3 * m->ntri; h++) {
+        int v = m->id[he_from(m, h)], w = m->id[he_to(m, h)];
+        if (!g->plan->drop[h / 3] && v < w && (near[h / 3] || near[m->opp[h] / 3])) map_put(edges, key_pair(v, w), 0);
+    }
+    mem_free(near);
+}
+
 static void graft_free(Graft *g)
 {
     sheet_free(&g->sheet);
@@ -486,7 +503,7 @@ static void leave_out_specks(Graft *g, uint8_t *speck)
         if (speck[s->home[s->corner[3 * t]]]) s->region[t] = REGION_NONE;
 }
 
-void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, MendStat *stat)
+void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, Map *edges, MendStat *stat)
 {
     Graft g = {.iso = iso, .plan = plan, .mesh = mesh, .drop = NEW(uint8_t, mesh->ntri), .near = NEW0(uint8_t, mesh->ntri), .whole = NEW(uint8_t, iso->ncomp),
                .checked = NEW0(uint8_t, iso->ncomp), .label = NEW(int32_t, mesh->ntri),
@@ -496,6 +513,7 @@ void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uin
     find_drops(&g);
     match_pieces(&g);
     leave_out_specks(&g, speck);
+    if (edges) remember_edges(&g, edges);
     stat->dropped += count_dropped(&g);
     if (plan->survivors) stat->survived += graft_pin_survivors(&g);
     report_patches(&g, stat);

@@ -32,5 +32,6 @@ typedef struct GraftPlan {
 
 /* `mesh` must be compact; vertices from the old nvert on are new, at reference density, with fresh identities; the dead
  * are not swept out. speck[iso->ncomp] is set for the specks among the components taken whole: they are left out, for
- * speck_append to draw. Patches and their vertices are added to *stat. */
-void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, MendStat *stat);
+ * speck_append to draw. *edges (NULL: not) is made a map that has, as key_pair(lesser id, greater id), the edges that sound triangles had
+ * in the patches' places and beside them: what is made anew shall look like them. Patches and their vertices are added to *stat. */
+void graft_patches(const IsoSurface *iso, const GraftPlan *plan, Mesh *mesh, uint8_t *speck, Map *edges, MendStat *stat);

@@ -157,16 +157,6 @@ static void verdict_free(Verdict *v)
     mem_free(v->faulty);
 }
 
-/* The edges of the triangles that were sound: what is made anew shall look like them. */
-static void remember_edges(const Mesh *m, const Faults *f, Map *edges)
-{
-    map_init(edges, 3 * m->ntri / 2);
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        int a = m->id[he_from(m, h)], b = m->id[he_to(m, h)];
-        if (!f->tri[h / 3] && a < b) map_put(edges, key_pair(a, b), 0);
-    }
-}
-
 /* Brings the vertices from `first` on to the edge length (0: only heals), and evens them in so many rounds. */
 static void work_patches(const IsoSurface *iso, Mesh *m, int first, double edge, int rounds, const Map *edges)
 {
@@ -248,9 +238,8 @@ static void mend_round(const IsoSurface *iso, const MendOptions *opt, Mesh *m, i
     uint8_t *speck = NEW(uint8_t, iso->ncomp);
     GraftPlan plan = {.comp = v->faults.comp, .drop = v->faults.tri, .cell = v->faults.cell, .whole = v->whole, .wrong = v->wrong, .locally = round == 0,
                       .lean = v->faults.lean, .edge = opt->edge, .survivors = round < ROUND_STRICT, .thorough = v->thorough};
-    if (ROUND_EDGE[round] > 0) remember_edges(m, &v->faults, &edges);
     stat->whole += count_whole(iso, m, v->faults.comp, v->whole);
-    graft_patches(iso, &plan, m, speck, stat);
+    graft_patches(iso, &plan, m, speck, ROUND_EDGE[round] > 0 ? &edges : NULL, stat);
     first = compact_new(m, first);
     if (ROUND_EDGE[round] != NONE) work_patches(iso, m, first, ROUND_EDGE[round] * opt->edge, opt->early ? EVEN_ROUNDS_EARLY : EVEN_ROUNDS, &edges);
     else stat->raw += count_raw(iso, v);
