@@ -151,25 +151,38 @@ static bool has_triangle(const Mesh *m, const Map *at, const int32_t id[3])
     return false;
 }
 
-/* The patch's vertices on its border, and those that cutting it out put on edges, are gone again. */
+static bool has_edge(const Map *edges, const Mesh *m, int h)
+{
+    int v = m->id[he_from(m, h)], w = m->id[he_to(m, h)];
+    return map_get(edges, key_pair(int_min(v, w), int_max(v, w))) != NONE;
+}
+
+/* The patch's vertices on its border, and those that cutting it out put on edges, are gone again. The edges there are remembered, those far
+ * away are not. */
 static void what_a_patch_borders_on_stays(void **state)
 {
     (void)state;
     Scene s;
     Faults f;
-    Map at;
+    Map at, edges;
     scene_make(&s, 36, fn_ball, BALL);
     Mesh m = mesh_of(&s), was = copy_of(&m);
     uint8_t none[1] = {0}, speck[1], *near = NEW0(uint8_t, m.nvert);
     faults_find(&s.iso, &m, NULL, &f);
-    int h = m.out[m.nvert / 2], faulty = 0, kept = 0;
+    int h = m.out[m.nvert / 2], faulty = 0, kept = 0, remembered = 0;
     do f.tri[h / 3] = FAULT_FAR;
     while ((h = he_around(&m, h)) != m.out[m.nvert / 2]);
     for (int i = 0; i < 3 * m.ntri; i++) near[m.corner[i]] |= f.tri[i / 3] != 0, faulty += f.tri[i / 3] != 0;
     assert_true(faulty > 0 && s.iso.ncomp == 1);
     MendStat stat = {0};
-    graft_patches(&s.iso, &(GraftPlan){.comp = f.comp, .drop = f.tri, .cell = f.cell, .whole = none, .wrong = none, .lean = f.lean, .edge = EDGE}, &m, speck, &stat);
+    graft_patches(&s.iso, &(GraftPlan){.comp = f.comp, .drop = f.tri, .cell = f.cell, .whole = none, .wrong = none, .lean = f.lean, .edge = EDGE}, &m, speck, &edges, &stat);
     assert_int_equal(stat.npatch, 1);
+    for (int i = 0; i < 3 * was.ntri; i++) {
+        bool sound = !f.tri[i / 3] && !f.tri[was.opp[i] / 3], here = near[he_from(&was, i)] || near[he_to(&was, i)];
+        if (sound && here) assert_true(has_edge(&edges, &was, i));
+        remembered += has_edge(&edges, &was, i);
+    }
+    assert_true(remembered < 1.5 * was.ntri); /* of 3 ntri */
     map_init(&at, m.nvert);
     for (int v = 0; v < m.nvert; v++)
         if (!vert_is_dead(&m, v)) map_put(&at, (uint64_t)m.id[v], v);
@@ -181,6 +194,7 @@ static void what_a_patch_borders_on_stays(void **state)
     }
     assert_true(kept > 0.8 * was.ntri);
     map_free(&at);
+    map_free(&edges);
     mem_free(near);
     mem_free(stat.patch);
     faults_free(&f);
@@ -289,7 +303,7 @@ static void what_is_looked_at_grows(void **state)
     for (int t = 0; t < m.ntri; t++) lean[t] = v_dist(m.pos[m.corner[3 * t]], vec3(19.3, 16.6, 16.8)) < 2;
     MendStat stat = {0};
     assert_int_equal(b.iso.ncomp, 1);
-    graft_patches(&b.iso, &(GraftPlan){.comp = comp, .drop = drop, .cell = cell, .whole = whole, .wrong = wrong, .locally = true, .lean = lean, .edge = EDGE}, &m, speck, &stat);
+    graft_patches(&b.iso, &(GraftPlan){.comp = comp, .drop = drop, .cell = cell, .whole = whole, .wrong = wrong, .locally = true, .lean = lean, .edge = EDGE}, &m, speck, NULL, &stat);
     mesh_compact(&m, NULL);
     assert_null(mesh_check(&m));
     assert_int_equal(mesh_components(&m, NULL, NULL), 1);
