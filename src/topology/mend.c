@@ -86,6 +86,7 @@ static bool is_large_wrong(const IsoSurface *iso, const uint8_t *wrong)
     return any;
 }
 
+/* The audit, and what it went by. */
 typedef struct Match {
     int32_t *comp;      /* [m->ntri] of the mesh's components */
     int32_t *partner;   /* the component of the isosurface that each of those lies on, or NONE */
@@ -315,7 +316,7 @@ void mend_mesh(const IsoSurface *iso, const MendOptions *opt, Mesh *m, MendStat 
         if (again && opt->crossings) untangle(iso, m, opt->edge, opt->crossings);
         stat->rounds += again;
         if (stat->npatch == patches && round > 0 && round < ROUND_WHOLE - 1) round = ROUND_WHOLE - 1; /* once more would be the same */
-        if (round >= ROUND_EXACT && again) again = !is_mended(iso, m);
+        if (again && round >= ROUND_EXACT) again = !is_mended(iso, m);
         if (opt->early && v.faults.any < real_max(FEW, ONCE_SHARE * m->ntri)) again = false;
         verdict_free(&v);
     }

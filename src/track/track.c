@@ -250,7 +250,8 @@ static void carry_columns(Track *tr, int n, const int32_t *id, const float *unre
     map_free(&at);
 }
 
-/* Brings the mesh to the isosurface's topology: before it is relaxed, and after, when what that may have spoilt is mended too. */
+/* Brings the mesh to the isosurface's topology: before it is relaxed, and after, when what that may have spoilt is mended too. Where there
+ * was no mesh the first mend is no early one: all of it would be patches evened less. */
 static void audit_and_mend(Track *tr, const IsoSurface *iso, bool relaxed, FrameStat *stat)
 {
     double t0 = track_clock();

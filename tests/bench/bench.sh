@@ -130,10 +130,10 @@ is_as_near() { adaptive "$(adaptivity "$1")" >"$scratch/stages" && ! is_less "$o
 
 # Refinement that asks for less: both limits grow, by a twelfth of their tenfold a step.
 coarser() { awk -v i="$1" 'BEGIN { s = 10 ^ (i / 12); printf "--deviation %.3g --angle %.3g", 0.085 * s, 20 * s }'; }
-is_no_farther() { # coarser by
-    mesh "$scratch/near" "$threads" "${files[@]:0:$((${#files[@]} / 2 + 1))}" $(coarser "$1")
-    jq -n --argjson ours "$(distances "$scratch/near.geometric")" --argjson theirs "$volume_to_mesh" -e '[("to_surface", "from_surface") as $way
-        | ("mean", "p95") as $f | $ours[$way][$f] <= $theirs[$way][$f]] | all' >"$scratch/holds"
+is_no_farther() { # coarser by so many steps
+    mesh "$scratch/near" "$threads" "${files[@]:0:$((${#files[@]} / 2 + 1))}" $(coarser "$1") &&
+        distances "$scratch/near.geometric" |
+        jq -e -L tests/bench --argjson theirs "$volume_to_mesh" 'include "near"; is_no_farther($theirs)' >"$scratch/holds"
 }
 
 # The largest of 1 ... n - 1 for which it holds, as if for all below that; 0 where it holds for none.
@@ -197,7 +197,7 @@ bench() { # case
     measure_distances
     "$build/tests/timed" "$scratch/timed" "$build/tests/floor" --fields "$grid" "$iso" "$velocity" "${files[@]}"
     record fields 1 "{\"edge\":$edge}"
-    jq -s --argjson threads "$threads" -f tests/bench/figures.jq "$raw" >"$build/bench.json"
+    jq -s -L tests/bench --argjson threads "$threads" -f tests/bench/figures.jq "$raw" >"$build/bench.json"
     tables "$case"
 }
 

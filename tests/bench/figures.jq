@@ -5,6 +5,7 @@
 #   slopes    per generated kind: of time against triangles, both logarithmic, over its cases of 10^4 to 10^6 mechanical ones
 # Seconds, bytes, and distances in voxels. What could not be measured is null.
 
+include "near";
 def median: sort | length as $n | (.[($n - 1) / 2 | floor] + .[$n / 2 | floor]) / 2;
 def ratio(a; b): a as $a | b as $b | if $a == null or $b == null or $b == 0 then null else $a / $b end;
 # Groups with what they have in common as keys.
@@ -33,15 +34,14 @@ def program($error): .[0].frames as $frames
        adaptivity: .[0].adaptivity, $error};
 
 def solve: .stages | .predict + .alter + .relax + .audit + .mend + .refine + .carry;
-def is_no_farther($from): . as $e
-    | all(("to_surface", "from_surface") as $way | ("mean", "p95") as $f | [$e[$way][$f], $from[$way][$f]]; .[0] <= .[1]);
-
-def figures($is_still): .twinmesh as $ours | (.twinmesh_1 // $ours) as $one | {
+def figures($is_still): .twinmesh as $ours | (.twinmesh_1 // $ours) as $one | (.twinmesh_as_near // $ours) as $near
+    | .volume_to_mesh.error as $theirs | {
     against_isotropic: ratio($ours.seconds; .isotropic | if . then .seconds - .stages.repair else null end),
     against_as_many: ratio($ours.seconds; .volume_to_mesh_as_many.seconds),
     against_volume_to_mesh: ratio($ours.seconds; .volume_to_mesh.seconds),
-    is_no_farther: (if $ours.error then .volume_to_mesh.error as $theirs | $ours.error | is_no_farther($theirs) else null end),
-    triangles: ratio((.twinmesh_as_near // $ours).triangles; .volume_to_mesh.triangles),
+    is_no_farther: (if $ours.error then $ours.error | is_no_farther($theirs) else null end),
+    triangles: ratio($near.triangles; .volume_to_mesh.triangles),
+    triangles_are_no_farther: (if $near.error then $near.error | is_no_farther($theirs) else null end),
     microseconds_a_triangle: ratio(1e6 * $ours.seconds; $ours.mechanical),
     triangles_a_second: ratio($one.mechanical; $one | solve),
     speed_up: ratio(.twinmesh_1.seconds; $ours.seconds), # stages of two frames overlap

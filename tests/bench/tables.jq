@@ -12,8 +12,8 @@ def row($name; $n): ($name | left(26)) + (map(tostring | right($n)) | join(""));
 
 # --- the programs of a case -----------------------------------------------------------------------
 
-def order: ["twinmesh", "twinmesh_1", "twinmesh_as_near", "floor", "volume_to_mesh", "volume_to_mesh_as_many", "volume_to_mesh_as_near", "flying_edges",
-    "isotropic"];
+def order: ["twinmesh", "twinmesh_1", "twinmesh_as_near", "floor", "volume_to_mesh", "volume_to_mesh_as_many", "volume_to_mesh_as_near",
+    "flying_edges", "isotropic"];
 def title($key): if $key == "twinmesh_1" then "twinmesh, 1 thread"
     elif $key == "twinmesh_as_near" then "  as near as volumeToMesh"
     elif $key == "volume_to_mesh_as_many" then "  as many: adapt. \(.adaptivity)"
@@ -47,7 +47,7 @@ def bars_of($kind; $title): .bars[$kind] as $bars | (.cases | to_entries | map(s
     (columns | map($bars[.[0]].goal // "-") | row("goal"; 12)),
     ($cases[] | .key as $name | .value.figures as $f
         | (columns | map(. as [$key] | $f[$key]
-            | if $key == "triangles" and $f.is_no_farther == false then short + " " else figure($bars[$key]) end) | row($name; 12))
+            | if $key == "triangles" and $f.triangles_are_no_farther == false then short + " " else figure($bars[$key]) end) | row($name; 12))
         + if $f.is_no_farther == false then "   farther than volumeToMesh at adaptivity 0" else "" end), "";
 
 def all_bars:
