@@ -20,7 +20,7 @@ error() { # case, program, mean distance
     jq -nc --arg case "$1" --arg program "$2" --argjson mean "$3" '{$case, $program, error: {min_angle_p5: 30, topology_errors: 0,
         to_surface: {$mean, p95: 0.1, p99: 0.2}, from_surface: {mean: 0.01, p95: 0.1, p99: 0.2}}}'
 }
-figures() { jq -s --argjson threads 2 -f "$bench/figures.jq" "$@" >figures.json; }
+figures() { jq -s -L "$bench" --argjson threads 2 -f "$bench/figures.jq" "$@" >figures.json; }
 holds() { jq -e "$1" figures.json || { jq -c '.slopes, .cases[]' figures.json; return 1; }; }
 
 lines() {
