@@ -2,6 +2,7 @@
 #include "field/field_priv.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <string.h>
 
 enum { SPARES = 2 };
@@ -66,12 +67,13 @@ void brick_gather(const Field *f, const Grid *g, const int o[3], float *out)
 
 void brick_ask(const Field *f, int brick)
 {
-    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-    uint8_t *gathered = &f->gathered[brick - f->ncrossed];
-    pthread_mutex_lock(&lock);
-    if (!*gathered) brick_gather(f, &f->source, f->origin[brick], brick_samples(f, brick));
-    __atomic_store_n(gathered, 1, __ATOMIC_RELEASE);
-    pthread_mutex_unlock(&lock);
+    uint8_t *state = &f->gathered[brick - f->ncrossed], waits = BRICK_WAITS;
+    if (__atomic_compare_exchange_n(state, &waits, BRICK_BEGUN, false, __ATOMIC_ACQUIRE, __ATOMIC_ACQUIRE)) {
+        brick_gather(f, &f->source, f->origin[brick], brick_samples(f, brick));
+        __atomic_store_n(state, BRICK_GATHERED, __ATOMIC_RELEASE);
+    } else {
+        while (__atomic_load_n(state, __ATOMIC_ACQUIRE) != BRICK_GATHERED) sched_yield(); /* another thread's: a microsecond */
+    }
 }
 
 /* --- where they are kept ---------------------------------------------------------------------------------------- */

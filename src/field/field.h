@@ -39,7 +39,7 @@ typedef struct Field {
     float *value;         /* [nbrick][11^3] samples origin-1 ... origin+9, x fastest */
     int capbrick;         /* bricks that value has room for */
     Grid source;          /* what the bricks around the crossed ones are gathered from when they are first asked for, */
-    uint8_t *gathered;    /* [nbrick - ncrossed] if they were; shared by threads. NULL: all are, and there is no source */
+    uint8_t *gathered;    /* [nbrick - ncrossed] 1 if they were; shared by threads. NULL: all are, and there is no source */
     Map brick_at;         /* by origin >> 3 */
     int32_t *room;        /* the same as a dense box of brick numbers or NONE, where that is small beside the bricks; else NULL */
     int room_lo[3], room_n[3]; /* the box, in bricks */

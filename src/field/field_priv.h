@@ -18,7 +18,8 @@ static inline bool field_in_box(const Field *f, int x, int y, int z)
 static inline float *brick_samples(const Field *f, int brick) { return f->value + (size_t)brick * BRICK_SAMPLES; }
 /* The samples origin-1 ... origin+9 of the brick at o; those beyond the bounding box are outside. */
 void brick_gather(const Field *f, const Grid *g, const int o[3], float *out);
-/* Gathers a brick around the crossed ones that was still to be gathered. */
+/* A brick around the crossed ones is gathered by the first thread that asks for it; others that ask meanwhile wait. */
+enum { BRICK_WAITS, BRICK_GATHERED, BRICK_BEGUN };
 void brick_ask(const Field *f, int brick);
 /* Room for the samples of all bricks, and what is done with it when the field goes. */
 void bricks_take_room(Field *f);
@@ -32,7 +33,7 @@ static inline bool field_locate(const Field *f, Vec3 p, Spot *s)
     Vec3 q = affine_to_index(&f->xform, p);
     int at[3], b = field_brick_of(f, q, at);
     if (b == NONE) return false;
-    if (b >= f->ncrossed && f->gathered && !__atomic_load_n(&f->gathered[b - f->ncrossed], __ATOMIC_ACQUIRE)) brick_ask(f, b);
+    if (b >= f->ncrossed && f->gathered && __atomic_load_n(&f->gathered[b - f->ncrossed], __ATOMIC_ACQUIRE) != BRICK_GATHERED) brick_ask(f, b);
     s->v = f->value + (size_t)b * BRICK_SAMPLES + ((at[0] & 7) + 1) + BRICK_SPAN * (((at[1] & 7) + 1) + BRICK_SPAN * ((at[2] & 7) + 1));
     s->x = q.x - at[0];
     s->y = q.y - at[1];

@@ -1,4 +1,4 @@
-/* alter.c: GI'07 2.5, and the coarsening of marching cubes' triangles. */
+/* alter.c: GI'07 2.5, and the splitting of triangles that are told. */
 #include "remesh/remesh_priv.h"
 
 #define DROPLET_VERTICES 40   /* components of fewer vertices keep theirs; their edges collapse only */
@@ -132,89 +132,4 @@ int remesh_split_marked(Remesh *r, const uint8_t *mark, double least)
     }
     mem_free(edge);
     return splits;
-}
-
-/* --- coarsening -------------------------------------------------------------------------------------------------- */
-
-#define COARSEN_SHORT 0.72 /* edges below this are collapsed, */
-#define COARSEN_TIDY 0.6   /* edges below this are collapsed even where that costs some distance, */
-#define COARSEN_LONG 1.4   /* edges above this are split, in edges wanted: the mean comes out at 1 */
-enum { SWEEP_WORTH = 8 };  /* with one of so many triangles dead, they are swept out before the later passes */
-
-static int collapse_below(Remesh *r, double limit, const Limits *limits)
-{
-    Mesh *m = r->mesh;
-    EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, &(EdgeChoice){.lo = -1, .hi = limit}, false, &edge), collapses = 0;
-    uint8_t *moved = NEW0(uint8_t, m->nvert);
-    for (int i = 0; i < n; i++) {
-        int h = remesh_find_edge(m, &edge[i]);
-        if (h == NONE || mesh_edge_length(m, h) >= limit) continue;
-        int a = he_from(m, h), b = he_to(m, h);
-        if (!remesh_try_collapse(r, h, limits)) continue;
-        moved[vert_is_dead(m, a) ? b : a] = 1;
-        collapses++;
-    }
-    mem_free(edge);
-    remesh_land(r, moved, 0.5 * r->edge);
-    mem_free(moved);
-    return collapses;
-}
-
-static int split_above(Remesh *r, double limit)
-{
-    EdgeEnds *edge;
-    int n = remesh_edges_by_length(r, &(EdgeChoice){.lo = limit, .hi = 1e300}, true, &edge);
-    for (int i = 0; i < n; i++) remesh_split(r, remesh_find_edge(r->mesh, &edge[i])); /* splits take no edge of the list away */
-    mem_free(edge);
-    return n;
-}
-
-static void forget_steps(const Remesh *r)
-{
-    Mesh *m = r->mesh;
-    for (int i = 0; i < 3 * remesh_scope_size(r); i++) {
-        int h = remesh_scope_half(r, i);
-        if (!remesh_in_zone(r, he_from(m, h)) && !remesh_in_zone(r, he_to(m, h))) continue;
-        m->flag[h] = 0;
-        m->length[h] = -1;
-    }
-}
-
-RemeshStat remesh_coarsen(Remesh *r, int rounds)
-{
-    static const double LIMIT[] = {0.5, COARSEN_SHORT};
-    RemeshStat stat = {0};
-    for (int k = 0; k < 2; k++) {
-        stat.collapses += collapse_below(r, LIMIT[k] * r->edge, &LIMITS_EDIT);
-        stat.flips += remesh_flip(r, 0.05);
-    }
-    if (SWEEP_WORTH * r->mesh->deadtri > r->mesh->ntri) remesh_compact(r, NULL);
-    for (int k = 0; k < rounds; k++) {
-        remesh_smooth(r, 1);
-        stat.splits += split_above(r, COARSEN_LONG * r->edge);
-        stat.collapses += collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
-        stat.flips += remesh_flip(r, 0.05);
-    }
-    for (int k = 0; k < 2; k++) {
-        stat.collapses += collapse_below(r, COARSEN_TIDY * r->edge, &LIMITS_TIDY);
-        stat.flips += remesh_flip_within(r, 0.05, &LIMITS_TIDY);
-        remesh_smooth(r, 1);
-    }
-    stat.flips += remesh_flip(r, 0.1);
-    remesh_compact(r, NULL);
-    forget_steps(r);
-    return stat;
-}
-
-void remesh_even(Remesh *r)
-{
-    for (int k = 0; k < 2; k++) {
-        if (k > 0) split_above(r, COARSEN_LONG * r->edge);
-        collapse_below(r, COARSEN_SHORT * r->edge, &LIMITS_EDIT);
-        remesh_flip(r, 0.05);
-        remesh_smooth(r, 1);
-    }
-    remesh_compact(r, NULL);
-    forget_steps(r);
 }

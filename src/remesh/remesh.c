@@ -253,8 +253,7 @@ void remesh_remember_lengths(Mesh *m, const uint8_t *held) { parallel_for(m->ntr
 
 /* --- edges in order ---------------------------------------------------------------------------------------------- */
 
-/* By merging: those of equal length stay in the order they come in. */
-static void sort_by_length(EdgeEnds *e, int n, bool descending)
+void remesh_sort_edges(int n, EdgeEnds *e, bool descending)
 {
     EdgeEnds *from = e, *to = mem_alloc((size_t)n, sizeof *to), *spare = to;
     const double sign = descending ? -1 : 1;
@@ -305,7 +304,7 @@ static void edge_block(void *ctx, int begin, int end)
     }
 }
 
-int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool descending, EdgeEnds **edges)
+int remesh_find_edges(const Remesh *r, const EdgeChoice *choice, EdgeEnds **edges)
 {
     int ntri = remesh_scope_size(r), blocks = (ntri + EDGE_GRAIN - 1) / EDGE_GRAIN, n = 0;
     EdgeList *list = NEW0(EdgeList, blocks);
@@ -319,8 +318,14 @@ int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool desce
         mem_free(list[b].edge);
     }
     mem_free(list);
-    sort_by_length(all, n, descending);
     *edges = all;
+    return n;
+}
+
+int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool descending, EdgeEnds **edges)
+{
+    int n = remesh_find_edges(r, choice, edges);
+    remesh_sort_edges(n, *edges, descending);
     return n;
 }
 

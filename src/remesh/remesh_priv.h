@@ -86,6 +86,10 @@ typedef struct EdgeChoice {
     const void *ctx;
 } EdgeChoice;
 
+/* Live edges by index; the caller frees them. */
+int remesh_find_edges(const Remesh *r, const EdgeChoice *choice, EdgeEnds **edges);
+/* By merging: those of equal length stay in the order they come in. */
+void remesh_sort_edges(int n, EdgeEnds *e, bool descending);
 /* Live edges sorted by length (ascending or descending, ties by index); the caller frees them. */
 int remesh_edges_by_length(const Remesh *r, const EdgeChoice *choice, bool descending, EdgeEnds **edges);
 /* The half-edge between the ends, or NONE if the edge is gone. */

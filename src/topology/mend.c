@@ -1,5 +1,6 @@
 #include "topology/mend.h"
 
+#include "base/thread.h"
 #include "remesh/remesh.h"
 #include "topology/fault.h"
 #include "topology/graft.h"
@@ -113,13 +114,31 @@ static void match_free(Match *a)
     mem_free(a->wrong);
 }
 
+typedef struct Look {
+    const IsoSurface *iso;
+    const Mesh *mesh;
+    Crossings *crossings;
+    Faults faults;
+    Match match;
+} Look;
+
+/* The match is found on one thread, and meanwhile the faults on all others. */
+static void look_block(void *ctx, int begin, int end)
+{
+    Look *l = ctx;
+    (void)end;
+    if (begin == 0) faults_find(l->iso, l->mesh, l->crossings, &l->faults);
+    else l->match = find_match(l->iso, l->mesh);
+}
+
 static void judge(const IsoSurface *iso, const MendOptions *opt, const Mesh *m, int round, Verdict *v)
 {
-    Match a = find_match(iso, m);
-    *v = (Verdict){.whole = NEW0(uint8_t, iso->ncomp), .wrong = a.wrong, .faulty = NEW0(int32_t, iso->ncomp)};
+    Look look = {.iso = iso, .mesh = m, .crossings = opt->crossings};
+    parallel_for(2, 1, look_block, &look);
+    Match a = look.match;
+    *v = (Verdict){.faults = look.faults, .whole = NEW0(uint8_t, iso->ncomp), .wrong = a.wrong, .faulty = NEW0(int32_t, iso->ncomp)};
     a.wrong = NULL;
     Faults *f = &v->faults;
-    faults_find(iso, m, opt->crossings, f);
     int bad = f->inverted + f->crossed;
     v->thorough = round > 0 && round < ROUND_WHOLE && bad < real_max(FEW, THOROUGH_SHARE * m->ntri);
     bool many = round > 0 && bad >= (round < ROUND_STRICT ? MANY_SHARE : FEW_SHARE) * m->ntri;

@@ -10,7 +10,8 @@
 enum {
     CELLS = BRICK_SIDE * BRICK_SIDE * BRICK_SIDE,
     LOOPS_MIN = 60, /* what is smaller is as cheap made from the exact surface */
-    GRAIN = 4
+    GRAIN = 4,
+    SIDE = BRICK_SIDE + 1, Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN /* samples of a brick's cells in a row, and from one row and layer to the next */
 };
 #define STEP_EDGES 1.2   /* from one sample of the lattice to the next, in edges; */
 #define STEP_MIN_VOX 1.2 /* nearer ones gain nothing, */
@@ -78,43 +79,52 @@ typedef struct Job {
 /* What is not known in a line of samples, `step` apart, is on the side of what is known beside it. */
 static void extend_line(float *v, int step, float far)
 {
-    for (int k = 1; k < BRICK_SPAN; k++)
+    for (int k = 1; k < SIDE; k++)
         if (isnan(v[k * step]) && !isnan(v[(k - 1) * step])) v[k * step] = v[(k - 1) * step] > 0 ? far : -far;
-    for (int k = BRICK_SPAN - 2; k >= 0; k--)
+    for (int k = SIDE - 2; k >= 0; k--)
         if (isnan(v[k * step]) && !isnan(v[(k + 1) * step])) v[k * step] = v[(k + 1) * step] > 0 ? far : -far;
 }
 
 static void extend(float *v, float far)
 {
-    enum { Y = BRICK_SPAN, Z = BRICK_SPAN * BRICK_SPAN };
-    for (int i = 0; i < Z; i++) extend_line(v + i * Y, 1, far);
-    for (int i = 0; i < Z; i++) extend_line(v + i % Y + i / Y * Z, Y, far);
-    for (int i = 0; i < Z; i++) extend_line(v + i, Z, far);
+    for (int i = 0; i < SIDE * SIDE; i++) extend_line(v + i % SIDE * Y + i / SIDE * Z, 1, far);
+    for (int i = 0; i < SIDE * SIDE; i++) extend_line(v + i % SIDE + i / SIDE * Z, Y, far);
+    for (int i = 0; i < SIDE * SIDE; i++) extend_line(v + i % SIDE + i / SIDE * Y, Z, far);
 }
 
-static bool is_crossed(const float *v)
+static void widen_line(float *v, int step)
 {
-    int inside = 0;
-    for (int z = 1; z < 10; z++)
-        for (int y = 1; y < 10; y++)
-            for (int x = 1; x < 10; x++) inside += v[x + BRICK_SPAN * (y + BRICK_SPAN * z)] > 0;
-    return inside > 0 && inside < 9 * 9 * 9;
+    v[-step] = 2 * v[0] - v[step];
+    v[SIDE * step] = 2 * v[(SIDE - 1) * step] - v[(SIDE - 2) * step];
+}
+
+/* The samples around those of the brick's own cells, which only gradients ask for, go on as these do. */
+static void widen(float *v)
+{
+    for (int i = 0; i < SIDE * SIDE; i++) widen_line(v + i % SIDE * Y + i / SIDE * Z, 1);
+    for (int i = 0; i < BRICK_SPAN * SIDE; i++) widen_line(v - 1 + i % BRICK_SPAN + i / BRICK_SPAN * Z, Y);
+    for (int i = 0; i < Z; i++) widen_line(v - 1 - Y + i, Z);
 }
 
 static void sample_brick(const Job *job, int brick)
 {
     const int *o = job->f->origin[brick];
-    float *v = job->f->value + (size_t)brick * BRICK_SAMPLES;
-    bool all = true;
-    for (int k = 0; k < BRICK_SAMPLES; k++) {
-        bool known;
-        Vec3 p = vec3(o[0] - 1 + k % BRICK_SPAN, o[1] - 1 + k / BRICK_SPAN % BRICK_SPAN, o[2] - 1 + k / (BRICK_SPAN * BRICK_SPAN));
-        double F = field_value(job->fine, affine_to_world(&job->f->xform, p), NULL, &known);
-        v[k] = known ? (float)F : NAN;
-        all = all && known;
-    }
-    if (!all) extend(v, (float)job->fine->far);
-    job->crossed[brick] = is_crossed(v);
+    float *v = job->f->value + (size_t)brick * BRICK_SAMPLES + 1 + Y + Z;
+    int known = 0, inside = 0;
+    for (int z = 0; z < SIDE; z++)
+        for (int y = 0; y < SIDE; y++)
+            for (int x = 0; x < SIDE; x++) {
+                bool is_known;
+                double F = field_value(job->fine, affine_to_world(&job->f->xform, vec3(o[0] + x, o[1] + y, o[2] + z)), NULL, &is_known);
+                v[x + y * Y + z * Z] = is_known ? (float)F : NAN;
+                known += is_known;
+            }
+    if (known < SIDE * SIDE * SIDE) extend(v, (float)job->fine->far);
+    for (int z = 0; z < SIDE; z++)
+        for (int y = 0; y < SIDE; y++)
+            for (int x = 0; x < SIDE; x++) inside += v[x + y * Y + z * Z] > 0;
+    job->crossed[brick] = inside > 0 && inside < SIDE * SIDE * SIDE;
+    if (job->crossed[brick]) widen(v);
 }
 
 static void sample_block(void *ctx, int begin, int end)
