@@ -1,8 +1,9 @@
 /* coarsen.c: marching cubes' small triangles brought to the edge length wanted.
  *
- * Where many edges are to be collapsed, that is done block by block, a block being what lies in a cube of space: on several threads, since
- * a collapse reads and changes nothing but triangles with a corner in the rings of its two ends, and is made there only if these rings lie in
- * one block. So no two threads come to the same triangle, and a block's outcome is its own. The others follow one by one. */
+ * Where many edges are to be collapsed, that is done block by block, on several threads, a block being what lies in a cube of space: an
+ * edge is collapsed there only if the rings of both its ends lie in the block. No other triangles are changed, and none is read without a
+ * corner in the block, so that blocks know nothing of one another. Once more with the cubes half a side further, and what is still left
+ * follows one by one. */
 #include "remesh/remesh_priv.h"
 
 #include "base/thread.h"
@@ -16,8 +17,8 @@
 #define BLOCK_SIDE 24.0    /* in edges wanted */
 enum {
     SWEEP_WORTH = 8,       /* with one of so many triangles dead, they are swept out before the later passes */
-    BLOCKS = 64,
-    MANY = 2048,           /* edges: fewer are collapsed one by one */
+    BLOCKS = 64, PASSES = 2,
+    MANY = 1024,           /* edges: fewer are collapsed one by one */
     GRAIN = 4096
 };
 
@@ -28,11 +29,12 @@ typedef struct Shortening {
     Remesh *r;
     double below;
     const Limits *limits;
+    double shift;          /* of the blocks, in their sides */
     uint8_t *moved;        /* [nvert] vertices that edges were collapsed into */
     uint8_t *block;        /* [nvert] the block that each lies in; NULL: there are none */
     EdgeEnds *edge;        /* by block, those between blocks last */
     int first[BLOCKS + 2]; /* in `edge`, and the end */
-    int left[BLOCKS];      /* first ones in a block that are for later */
+    int left[BLOCKS];      /* first ones of a block that are for later */
     int collapses[BLOCKS];
 } Shortening;
 
@@ -74,7 +76,7 @@ static void number_block(void *ctx, int begin, int end)
     const double side = BLOCK_SIDE * r->edge;
     for (int v = begin; v < end; v++) {
         Vec3 p = r->mesh->pos[v];
-        int64_t x = (int64_t)floor(p.x / side), y = (int64_t)floor(p.y / side), z = (int64_t)floor(p.z / side);
+        int64_t x = (int64_t)floor(p.x / side + s->shift), y = (int64_t)floor(p.y / side + s->shift), z = (int64_t)floor(p.z / side + s->shift);
         s->block[v] = (uint8_t)((x + 5 * y + 25 * z) & (BLOCKS - 1));
     }
 }
@@ -101,6 +103,7 @@ static void collapse_block(void *ctx, int begin, int end)
         Mesh mesh = *s->r->mesh; /* counts for itself what is dead */
         Remesh r = *s->r;
         r.mesh = &mesh;
+        s->collapses[k] = 0;
         s->left[k] = collapse_edges(&r, s, s->first[k + 1] - s->first[k], s->edge + s->first[k], &s->collapses[k]);
     }
 }
@@ -120,9 +123,11 @@ static int collapse_in_blocks(Shortening *s, int n, EdgeEnds *edge, int *collaps
         if (more) memcpy(edge + left, s->edge + s->first[k], (size_t)more * sizeof *edge);
         left += more;
     }
-    for (int k = 0; k < BLOCKS; k++) *collapses += s->collapses[k];
-    m->deadvert += *collapses;
-    m->deadtri += 2 * *collapses;
+    for (int k = 0; k < BLOCKS; k++) {
+        *collapses += s->collapses[k];
+        m->deadvert += s->collapses[k];
+        m->deadtri += 2 * s->collapses[k];
+    }
     mem_free(s->edge);
     mem_free(s->block);
     s->block = NULL;
@@ -134,7 +139,10 @@ static int collapse_below(Remesh *r, double below, const Limits *limits)
     EdgeEnds *edge;
     int n = remesh_find_edges(r, &(EdgeChoice){.lo = -1, .hi = below}, &edge), collapses = 0;
     Shortening s = {.r = r, .below = below, .limits = limits, .moved = NEW0(uint8_t, r->mesh->nvert)};
-    if (n >= MANY) n = collapse_in_blocks(&s, n, edge, &collapses);
+    for (int k = 0; k < PASSES && n >= MANY; k++) {
+        s.shift = (double)k / PASSES;
+        n = collapse_in_blocks(&s, n, edge, &collapses);
+    }
     collapse_edges(r, &s, n, edge, &collapses);
     mem_free(edge);
     remesh_land(r, s.moved, 0.5 * r->edge);

@@ -1,4 +1,5 @@
 /* Changing triangles without changing topology: coarsening, GI'07 2.5's conditions, healing, guarded moves. */
+#include "base/thread.h"
 #include "fields.h"
 #include "mesh/intersect.h"
 #include "mesh_shapes.h"
@@ -132,6 +133,28 @@ static void coarsening_keeps_the_topology_of_noise(void **state)
     assert_mesh(&s.mesh);
     assert_int_equal(mesh_euler(&s.mesh, NONE), chi);
     skin_free(&s);
+}
+
+/* Edges enough for several blocks. */
+static void threads_coarsen_the_same(void **state)
+{
+    (void)state;
+    static const int threads[] = {1, 2, 5};
+    const double ball[] = {31.3, 31.6, 31.8, 26};
+    Skin s[3];
+    for (int i = 0; i < 3; i++) {
+        thread_set_count(threads[i]);
+        skin_make(&s[i], grid_of(64, fn_ball, ball), 1, true);
+        thread_shutdown();
+        assert_mesh(&s[i].mesh);
+        assert_int_equal(mesh_euler(&s[i].mesh, NONE), 2);
+        assert_int_equal(s[i].mesh.ntri, s[0].mesh.ntri);
+        assert_memory_equal(s[i].mesh.corner, s[0].mesh.corner, 3 * (size_t)s[0].mesh.ntri * sizeof(int32_t));
+        assert_memory_equal(s[i].mesh.pos, s[0].mesh.pos, (size_t)s[0].mesh.nvert * sizeof(Vec3));
+        assert_memory_equal(s[i].r.home, s[0].r.home, (size_t)s[0].mesh.nvert * sizeof(int32_t));
+    }
+    thread_set_count(1);
+    for (int i = 0; i < 3; i++) skin_free(&s[i]);
 }
 
 /* The raw triangles of a cap of a ball, the rest to stay: they are coarsened in their scope. */
@@ -566,6 +589,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(coarse_mesh_is_even),
         cmocka_unit_test(coarsening_keeps_the_topology_of_noise),
+        cmocka_unit_test(threads_coarsen_the_same),
         cmocka_unit_test(what_is_not_fresh_stays),
         cmocka_unit_test(over_long_edges_are_split_unless_they_shrink),
         cmocka_unit_test(short_edges_are_collapsed_unless_they_stretch),
