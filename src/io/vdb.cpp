@@ -1,8 +1,8 @@
 // vdb.cpp: the only place that knows OpenVDB. Decodes one grid's tree, which vdb_walk has found sound, from memory
-// into plain blocks and tiles. No C++ type and no exception leaves; TBB is held to the calling thread.
+// into plain blocks and tiles. No C++ type and no exception leaves. TBB is not asked for anything: to make itself ready takes it longer than
+// most frames take to be decoded.
 #include <openvdb/openvdb.h>
 #include <openvdb/io/io.h>
-#include <tbb/global_control.h>
 
 #include <cstring>
 #include <istream>
@@ -49,7 +49,15 @@ uint32_t gridClass(const VdbTree &t)
     return openvdb::GridBase::stringToGridClass(t.grid_class);
 }
 
-template <typename GridT> typename GridT::Ptr readTree(const VdbTree &t)
+// A tree whose nodes are freed here: by themselves they would be with TBB.
+template <typename GridT> struct OwnTree {
+    typename GridT::Ptr grid = GridT::create();
+    OwnTree() = default;
+    OwnTree(const OwnTree &) = delete;
+    ~OwnTree() { grid->tree().root().clear(); }
+};
+
+template <typename GridT> void readTree(const VdbTree &t, GridT &grid)
 {
     using namespace openvdb;
     Bytes bytes(t.data + t.tree_at, t.size - t.tree_at);
@@ -63,10 +71,8 @@ template <typename GridT> typename GridT::Ptr readTree(const VdbTree &t)
     io::setGridClass(is, gridClass(t));
     io::setHalfFloat(is, t.half);
 
-    typename GridT::Ptr grid = GridT::create();
-    grid->tree().readTopology(is, t.half);
-    grid->tree().readBuffers(is, t.half);
-    return grid;
+    grid.tree().readTopology(is, t.half);
+    grid.tree().readBuffers(is, t.half);
 }
 
 // A sample's components, as floats.
@@ -125,10 +131,11 @@ template <typename TreeT> bool copyTiles(const VdbTree &t, const TreeT &tree, Gr
 
 template <typename GridT> bool decode(const VdbTree &t, Grid *out, Err *err)
 {
-    const typename GridT::Ptr grid = readTree<GridT>(t);
-    const auto &tree = grid->constTree();
+    const OwnTree<GridT> own;
+    readTree(t, *own.grid);
+    const auto &tree = own.grid->constTree();
     put(tree.background(), out->background, 1);
-    const openvdb::CoordBBox box = grid->evalActiveVoxelBoundingBox();
+    const openvdb::CoordBBox box = own.grid->evalActiveVoxelBoundingBox();
     if (!box.empty())
         for (int a = 0; a < 3; a++) {
             if (box.min()[a] <= -COORD_LIMIT || box.max()[a] >= COORD_LIMIT) return outOfReach(t, err);
@@ -142,7 +149,6 @@ bool decodeKind(const VdbTree &t, Grid *out, Err *err)
 {
     static const bool ready = (openvdb::initialize(), true);
     (void)ready;
-    const tbb::global_control serial(tbb::global_control::max_allowed_parallelism, 1);
     switch (t.kind) {
     case VDB_FLOAT: return decode<openvdb::FloatGrid>(t, out, err);
     case VDB_DOUBLE: return decode<openvdb::DoubleGrid>(t, out, err);
