@@ -1,10 +1,12 @@
 /* mesh.c: building, sweeping, components and the invariant's check. */
 #include "mesh/mesh_priv.h"
 
-#include "base/hash.h"
+#include "base/thread.h"
 
 #include <stdio.h>
 #include <string.h>
+
+enum { GRAIN = 8192 };
 
 void mesh_init(Mesh *m) { *m = (Mesh){0}; }
 
@@ -104,35 +106,53 @@ static void find_places(int n, int nkey, const int32_t *key, int32_t *to, int32_
     mem_free(next);
 }
 
-/* Joins the half-edges from `first` on, all of which leave the vertices from `base` on. */
-static void link_from(Mesh *m, int base, int first)
+typedef struct JoinJob {
+    Mesh *mesh;
+    int n, base;
+    const int32_t *half;  /* [n] */
+    int32_t *leaving;     /* [n] the same by the vertex they leave, */
+    int32_t *end;         /* [] and where each vertex's end */
+} JoinJob;
+
+static void join_block(void *ctx, int begin, int end)
 {
-    int n = 3 * m->ntri - first, nvert = m->nvert - base;
-    int32_t *from = NEW(int32_t, n), *place = NEW(int32_t, n), *leaving = NEW(int32_t, n), *end = NEW(int32_t, nvert);
-    for (int i = 0; i < n; i++) from[i] = m->corner[first + i] - base;
-    find_places(n, nvert, from, place, end);
-    for (int i = 0; i < n; i++) leaving[place[i]] = first + i;
-    for (int h = first; h < 3 * m->ntri; h++) {
-        int to = he_to(m, h) - base, found = 0;
-        for (int i = to ? end[to - 1] : 0; i < end[to]; i++)
-            if (he_to(m, leaving[i]) == he_from(m, h)) m->opp[h] = leaving[i], found++;
+    const JoinJob *job = ctx;
+    Mesh *m = job->mesh;
+    for (int i = begin; i < end; i++) {
+        int h = job->half[i], to = he_to(m, h) - job->base, found = 0;
+        for (int k = to ? job->end[to - 1] : 0; k < job->end[to]; k++)
+            if (he_to(m, job->leaving[k]) == he_from(m, h)) m->opp[h] = job->leaving[k], found++;
         ASSERT(found == 1);
-        m->out[he_from(m, h)] = h;
     }
+}
+
+/* Joins n half-edges, all of which leave the vertices from `base` on, with one another. */
+static void join(Mesh *m, int base, int n, const int32_t *half)
+{
+    int nvert = m->nvert - base;
+    int32_t *from = NEW(int32_t, n), *place = NEW(int32_t, n);
+    JoinJob job = {m, n, base, half, NEW(int32_t, n), NEW(int32_t, nvert)};
+    for (int i = 0; i < n; i++) from[i] = m->corner[half[i]] - base;
+    find_places(n, nvert, from, place, job.end);
+    for (int i = 0; i < n; i++) job.leaving[place[i]] = half[i];
+    parallel_for(n, GRAIN, join_block, &job);
     mem_free(from);
     mem_free(place);
-    mem_free(leaving);
-    mem_free(end);
+    mem_free(job.leaving);
+    mem_free(job.end);
 }
 
 void mesh_append(Mesh *m, int nvert, const Vec3 *pos, const int32_t *id, int ntri, const int32_t *tri)
 {
     int base = m->nvert, first = 3 * m->ntri;
+    int32_t *half = NEW(int32_t, 3 * ntri);
     make_vert_room(m, base + nvert);
     make_tri_room(m, m->ntri + ntri);
     for (int v = 0; v < nvert; v++) mesh_add_vert(m, pos[v], id ? id[v] : mesh_fresh_id(m));
     for (int t = 0; t < ntri; t++) mesh_add_tri(m, base + tri[3 * t], base + tri[3 * t + 1], base + tri[3 * t + 2]);
-    link_from(m, base, first);
+    for (int i = 0; i < 3 * ntri; i++) half[i] = first + i, m->out[m->corner[first + i]] = first + i;
+    join(m, base, 3 * ntri, half);
+    mem_free(half);
 }
 
 static void sweep_tris(Mesh *m)
@@ -271,26 +291,14 @@ static void kill_triangles(Mesh *m, const uint8_t *drop)
     }
 }
 
-/* Joins the half-edges that have no opposite. */
 static void close_gaps(Mesh *m)
 {
-    int open = 0;
-    for (int h = 0; h < 3 * m->ntri; h++) open += m->corner[h] != NONE && m->opp[h] == NONE;
-    Map edge;
-    map_init(&edge, open);
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        if (m->corner[h] == NONE || m->opp[h] != NONE) continue;
-        int32_t seen = map_put(&edge, key_pair(he_from(m, h), he_to(m, h)), h);
-        ASSERT(seen == h);
-    }
-    for (int h = 0; h < 3 * m->ntri; h++) {
-        if (m->corner[h] == NONE || m->opp[h] != NONE) continue;
-        int g = map_get(&edge, key_pair(he_to(m, h), he_from(m, h)));
-        ASSERT(g != NONE);
-        m->opp[h] = g;
-        m->opp[g] = h;
-    }
-    map_free(&edge);
+    int32_t *open = NEW(int32_t, 3 * m->ntri);
+    int n = 0;
+    for (int h = 0; h < 3 * m->ntri; h++)
+        if (m->corner[h] != NONE && m->opp[h] == NONE) open[n++] = h;
+    join(m, 0, n, open);
+    mem_free(open);
 }
 
 void mesh_patch(Mesh *m, const uint8_t *drop, int nvert_new, const Vec3 *pos, int ntri, const int32_t *tri)
