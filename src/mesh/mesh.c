@@ -110,8 +110,8 @@ typedef struct JoinJob {
     Mesh *mesh;
     int n, base;
     const int32_t *half;  /* [n] */
-    int32_t *leaving;     /* [n] the same by the vertex they leave, */
-    int32_t *end;         /* [] and where each vertex's end */
+    int32_t *leaving;     /* [n] the same by the vertices they leave, */
+    int32_t *end;         /* and where each vertex's end */
 } JoinJob;
 
 static void join_block(void *ctx, int begin, int end)
@@ -291,6 +291,7 @@ static void kill_triangles(Mesh *m, const uint8_t *drop)
     }
 }
 
+/* Joins the half-edges that have no opposite. */
 static void close_gaps(Mesh *m)
 {
     int32_t *open = NEW(int32_t, 3 * m->ntri);

@@ -3,8 +3,9 @@
  * Half-edge h = 3 t + k runs from corner[h] to the next corner of triangle t. Invariant (mesh_check): opp is an
  * involution, opposite half-edges run between the same vertices in opposite directions, out[v] leaves v, and each
  * vertex has one umbrella. Edits are local and keep the Euler characteristic of each component (link condition).
- * Dead vertices and triangles (out[v] == NONE, corner[3t] == NONE) stay until mesh_compact. One thread at a time; or several that collapse and
- * flip, none within a ring of another, each through a copy of the struct, whose counts of the dead are added up afterwards. */
+ * Dead vertices and triangles (out[v] == NONE, corner[3t] == NONE) stay until mesh_compact. One thread at a time; or
+ * several that collapse edges, as long as the rings of the ends of one have no vertex in common with those of another, each
+ * through a copy of the struct, whose counts of the dead are added up afterwards (coarsen.c). */
 #pragma once
 #include "base/store.h"
 #include "base/vec.h"

@@ -47,7 +47,7 @@ static bool is_within(const Mesh *m, const uint8_t *block, int v)
     return true;
 }
 
-/* In order of length. What leaves its block is gathered in front instead: returns how many. */
+/* In order of length. Those whose rings leave the block are gathered in front instead: returns how many. */
 static int collapse_edges(Remesh *r, const Shortening *s, int n, EdgeEnds *edge, int *collapses)
 {
     const Mesh *m = r->mesh;
@@ -68,7 +68,7 @@ static int collapse_edges(Remesh *r, const Shortening *s, int n, EdgeEnds *edge,
     return left;
 }
 
-/* Cubes side by side in any way are different blocks; those of one number are far apart, or would be as good as one. */
+/* Cubes that touch have different numbers; those of the same number are one block, of parts far from one another. */
 static void number_block(void *ctx, int begin, int end)
 {
     const Shortening *s = ctx;
@@ -100,7 +100,7 @@ static void collapse_block(void *ctx, int begin, int end)
 {
     Shortening *s = ctx;
     for (int k = begin; k < end; k++) {
-        Mesh mesh = *s->r->mesh; /* counts for itself what is dead */
+        Mesh mesh = *s->r->mesh; /* so that only its own dead are counted */
         Remesh r = *s->r;
         r.mesh = &mesh;
         s->collapses[k] = 0;
