@@ -220,7 +220,8 @@ static void land_together(const Field *f, int n, Vec3 *p, double reach, Vec3 *no
     Vec3 from[TOGETHER];
     double reaches[TOGETHER];
     Slope last[TOGETHER];
-    for (int i = 0; i < n; i++) from[i] = p[i], reaches[i] = reach;
+    for (int i = 0; i < TOGETHER; i++) reaches[i] = reach;
+    for (int i = 0; i < n; i++) from[i] = p[i];
     project_together(&one, n, p, reaches, status, last);
     if (f->exact.sample) exact_land(f, n, from, p, status);
     for (int i = 0; i < n; i++) {
