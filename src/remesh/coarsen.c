@@ -68,16 +68,20 @@ static int collapse_edges(Remesh *r, const Shortening *s, int n, EdgeEnds *edge,
     return left;
 }
 
+/* Of a cube's place along an axis all that its number goes by: the volume may lie too far from the origin for integers. */
+static int place_of(double p, const Shortening *s)
+{
+    double x = floor(p / (BLOCK_SIDE * s->r->edge) + s->shift);
+    return (int)(x - BLOCKS * floor(x / BLOCKS));
+}
+
 /* Cubes that touch have different numbers; those of the same number are one block, of parts far from one another. */
 static void number_block(void *ctx, int begin, int end)
 {
     const Shortening *s = ctx;
-    const Remesh *r = s->r;
-    const double side = BLOCK_SIDE * r->edge;
     for (int v = begin; v < end; v++) {
-        Vec3 p = r->mesh->pos[v];
-        int64_t x = (int64_t)floor(p.x / side + s->shift), y = (int64_t)floor(p.y / side + s->shift), z = (int64_t)floor(p.z / side + s->shift);
-        s->block[v] = (uint8_t)((x + 5 * y + 25 * z) & (BLOCKS - 1));
+        Vec3 p = s->r->mesh->pos[v];
+        s->block[v] = (uint8_t)((place_of(p.x, s) + 5 * place_of(p.y, s) + 25 * place_of(p.z, s)) % BLOCKS);
     }
 }
 

@@ -157,6 +157,21 @@ static void threads_coarsen_the_same(void **state)
     for (int i = 0; i < 3; i++) skin_free(&s[i]);
 }
 
+/* So far from the origin that all vertices are one point, and the blocks' places no integers; the sanitised build would tell. */
+static void far_away_nothing_overflows(void **state)
+{
+    (void)state;
+    Grid g = grid_of(40, fn_ball, BALL);
+    for (int i = 0; i < 3; i++) g.xform.m[i][i] = 1e-12;
+    g.xform.t = vec3(1e12, 1e12, 1e12);
+    affine_invert(&g.xform);
+    Skin s;
+    skin_make(&s, g, 1.5e-12, false);
+    assert_mesh(&s.mesh);
+    assert_int_equal(mesh_euler(&s.mesh, NONE), 2);
+    skin_free(&s);
+}
+
 /* The raw triangles of a cap of a ball, the rest to stay: they are coarsened in their scope. */
 static void what_is_not_fresh_stays(void **state)
 {
@@ -590,6 +605,7 @@ int main(void)
         cmocka_unit_test(coarse_mesh_is_even),
         cmocka_unit_test(coarsening_keeps_the_topology_of_noise),
         cmocka_unit_test(threads_coarsen_the_same),
+        cmocka_unit_test(far_away_nothing_overflows),
         cmocka_unit_test(what_is_not_fresh_stays),
         cmocka_unit_test(over_long_edges_are_split_unless_they_shrink),
         cmocka_unit_test(short_edges_are_collapsed_unless_they_stretch),
